@@ -1,0 +1,44 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "lib/core/param_table.h"
+#include "lib/core/registry.h"
+#include "lib/math/affine.h"
+#include "lib/scene/phase_function.h"
+#include "lib/volume/density_field.h"
+
+namespace pileus {
+
+/// A volume of the scene: where its density comes from (the plugin) and what light does in it (the common
+/// part). sigma_t(p) = extinction * rho(p): grey, so that alpha = 1 - transmittance is one number per pixel.
+struct Medium : Plugin {
+  static constexpr const char* kKind = "volume";
+
+  double extinction = 1.0;      ///< sigma_t at rho = 1 [1/m]
+  Rgb albedo{1.0, 1.0, 1.0};    ///< sigma_s / sigma_t, per channel
+  Rgb emission{0.0, 0.0, 0.0};  ///< radiance emitted per metre at rho = 1 [W/(m3 sr)]
+  std::shared_ptr<const PhaseFunction> phase;
+
+  void describe(ParamTable& params) final;
+
+  /// The parameters of the density source.
+  virtual void describe_density(ParamTable& params) = 0;
+
+  /// Reads or builds the density. May take long; uses parallel_for. Throws Error.
+  virtual std::shared_ptr<const DensityField> build() const = 0;
+};
+
+/// Placement parameters shared by volumes: scale, then rotate about x, y, z, then translate.
+struct Placement {
+  Vec3d scale{1.0, 1.0, 1.0};
+  Vec3d rotate_deg{0.0, 0.0, 0.0};
+  Vec3d translate{0.0, 0.0, 0.0};
+
+  void describe(ParamTable& params);
+  Affine world_from_object() const;
+};
+
+}  // namespace pileus

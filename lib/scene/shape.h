@@ -1,0 +1,32 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "lib/core/registry.h"
+#include "lib/math/ray.h"
+#include "lib/math/vec.h"
+#include "lib/scene/surface_shader.h"
+
+namespace pileus {
+
+struct SurfaceHit {
+  double t = 0.0;  ///< [m]
+  Vec3d n;         ///< unit normal, on the side the ray comes from
+};
+
+/// A solid, opaque object.
+struct Shape : Plugin {
+  static constexpr const char* kKind = "object";
+
+  /// Nearest hit with t in (segment.t0, segment.t1).
+  virtual std::optional<SurfaceHit> intersect(const Ray& ray, Segment segment) const = 0;
+
+  /// World-space box [m]; may be infinite.
+  virtual Box3d bounds() const = 0;
+
+  std::shared_ptr<const SurfaceShader> shader;
+};
+
+}  // namespace pileus

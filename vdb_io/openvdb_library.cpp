@@ -1,0 +1,15 @@
+#include "vdb_io/openvdb_library.h"
+
+#include <openvdb/openvdb.h>
+
+namespace pileus {
+
+void initialize_openvdb() {
+  static const bool done = [] {
+    openvdb::initialize();
+    return true;
+  }();
+  (void)done;
+}
+
+}  // namespace pileus
