@@ -50,6 +50,9 @@ Param& ParamTable::rgb(std::string name, Rgb& target, std::string unit, std::str
 Param& ParamTable::points(std::string name, std::vector<Vec2d>& target, std::string unit, std::string help) {
   return add(std::move(name), std::move(unit), std::move(help), &target);
 }
+Param& ParamTable::reference(std::string name, std::string& target, std::string section, std::string help) {
+  return add(std::move(name), "", std::move(help), ReferenceSlot{std::move(section), &target});
+}
 Param& ParamTable::group(std::string name, std::function<void(ParamTable&)> describe, std::string help) {
   return add(std::move(name), "", std::move(help), GroupSlot{std::move(describe)});
 }
@@ -75,6 +78,7 @@ std::string type_name(const Param& param) {
                         [](Vec2i*) -> std::string { return "[integer, integer]"; },
                         [](Vec3d*) -> std::string { return "[number, number, number]"; },
                         [](std::vector<Vec2d>*) -> std::string { return "[[number, number], ...]"; },
+                        [](const ReferenceSlot& slot) { return "name of a " + slot.section; },
                         [](const PluginSlot& slot) { return slot.kind + " plugin"; },
                         [](const GroupSlot&) -> std::string { return "table"; },
                     },
@@ -97,6 +101,7 @@ std::string value_text(const Param& param) {
             for (const Vec2d& point : *value) pairs.push_back({point.x, point.y});
             return fmt::format("{}", pairs);
           },
+          [](const ReferenceSlot& slot) { return fmt::format("\"{}\"", *slot.target); },
           [](const PluginSlot& slot) { return fmt::format("{{ type = \"{}\" }}", slot.default_name); },
           [](const GroupSlot&) { return std::string(); },
       },

@@ -28,9 +28,15 @@ struct GroupSlot {
   std::function<void(ParamTable&)> describe;
 };
 
+/// A parameter that names another object of the scene: `bounds = "blob"` refers to `[freeform.blob]`.
+struct ReferenceSlot {
+  std::string section;  ///< the scene section that holds the objects, such as "freeform"
+  std::string* target;
+};
+
 /// Where a parameter's value goes. A path is made relative to the scene file that names it.
 using ParamTarget = std::variant<bool*, int*, double*, std::string*, std::filesystem::path*, Vec2i*, Vec3d*,
-                                 std::vector<Vec2d>*, PluginSlot, GroupSlot>;
+                                 std::vector<Vec2d>*, ReferenceSlot, PluginSlot, GroupSlot>;
 
 /// One end of a parameter's range.
 struct ParamLimit {
@@ -71,6 +77,7 @@ class ParamTable {
   Param& rgb(std::string name, Rgb& target, std::string unit, std::string help);
   /// A list of pairs, such as a profile [[x, y], …].
   Param& points(std::string name, std::vector<Vec2d>& target, std::string unit, std::string help);
+  Param& reference(std::string name, std::string& target, std::string section, std::string help);
   Param& group(std::string name, std::function<void(ParamTable&)> describe, std::string help);
 
   /// A parameter that is a plugin of Kind; `target` receives a fresh one, configured from the scene.

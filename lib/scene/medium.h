@@ -1,5 +1,6 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <string>
 #include <vector>
@@ -11,6 +12,11 @@
 #include "lib/volume/density_field.h"
 
 namespace pileus {
+
+struct FreeForm;
+
+/// The scene's `[freeform.NAME]` objects, which volumes refer to by name.
+using FreeForms = std::map<std::string, FreeForm>;
 
 /// A volume of the scene: where its density comes from (the plugin) and what light does in it (the common
 /// part). sigma_t(p) = extinction * rho(p): grey, so that alpha = 1 - transmittance is one number per pixel.
@@ -27,8 +33,8 @@ struct Medium : Plugin {
   /// The parameters of the density source.
   virtual void describe_density(ParamTable& params) = 0;
 
-  /// Reads or builds the density. May take long; uses parallel_for. Throws Error.
-  virtual std::shared_ptr<const DensityField> build() const = 0;
+  /// Reads or builds the density in world space. May take long; uses parallel_for. Throws Error.
+  virtual std::shared_ptr<const DensityField> build(const FreeForms& freeforms) const = 0;
 };
 
 /// Placement parameters shared by volumes: scale, then rotate about x, y, z, then translate.
