@@ -7,6 +7,7 @@
 #include "lib/core/registry.h"
 #include "lib/math/ray.h"
 #include "lib/math/vec.h"
+#include "lib/scene/light.h"
 #include "lib/scene/surface_shader.h"
 
 namespace pileus {
@@ -22,6 +23,10 @@ struct Shape : Plugin {
 
   /// Nearest hit with t in (segment.t0, segment.t1).
   virtual std::optional<SurfaceHit> intersect(const Ray& ray, Segment segment) const = 0;
+
+  /// Appends every t at which the ray may cross the edge of the shadow that this shape casts from the light:
+  /// the in-scattered light jumps there, and a quadrature that knows where need not search.
+  virtual void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const = 0;
 
   /// World-space box [m]; may be infinite.
   virtual Box3d bounds() const = 0;

@@ -1,13 +1,14 @@
 #include "lib/volume/grid_field.h"
 
-#include <nanovdb/NanoVDB.h>
-
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
 
+#include <nanovdb/NanoVDB.h>
+
 #include "lib/core/error.h"
+#include "lib/math/box.h"
 #include "lib/math/trilinear.h"
 
 namespace pileus {
@@ -15,16 +16,11 @@ namespace {
 
 using Corners = std::array<double, 8>;
 
-/// A ray in index space. d is not normalised: t stays the length in world space [m].
-struct IndexRay {
-  Vec3d o, d;
-
-  Vec3d at(double t) const { return o + t * d; }
-
-  /// Parameter at which the ray crosses the integer plane `plane` of an axis; always from the integer, so that no
-  /// error piles up along the ray.
-  double crossing(int axis, int plane) const { return (plane - o[axis]) / d[axis]; }
-};
+/// Parameter at which a ray crosses the integer plane `plane` of an axis; always from the integer, so that no
+/// error piles up along the ray.
+double crossing(const Ray& ray, int axis, int plane) {
+  return (plane - ray.o[axis]) / ray.d[axis];
+}
 
 /// A box of cells, [lo, hi), in which the field is alike all over.
 struct CellBox {
@@ -78,22 +74,6 @@ Vec3d clamp_to_unit(const Vec3d& p) {
   return {std::clamp(p.x, 0.0, 1.0), std::clamp(p.y, 0.0, 1.0), std::clamp(p.z, 0.0, 1.0)};
 }
 
-/// Narrows the segment to the ray's stretch inside [lo, hi]; empty where it misses. A zero direction component
-/// (of either sign) never divides: the axis is inside or outside as a whole.
-Segment clip(const IndexRay& ray, Segment segment, const Vec3i& lo, const Vec3i& hi) {
-  for (int axis = 0; axis < 3; ++axis) {
-    if (ray.d[axis] == 0.0) {
-      if (!(ray.o[axis] >= lo[axis] && ray.o[axis] <= hi[axis])) return {};
-      continue;
-    }
-    double near = ray.crossing(axis, lo[axis]), far = ray.crossing(axis, hi[axis]);
-    if (near > far) std::swap(near, far);
-    segment.t0 = std::max(segment.t0, near);
-    segment.t1 = std::min(segment.t1, far);
-  }
-  return segment;
-}
-
 class GridField final : public DensityField {
  public:
   GridField(nanovdb::GridHandle<nanovdb::HostBuffer> handle, const Affine& world_from_index)
@@ -106,6 +86,7 @@ class GridField final : public DensityField {
     // A voxel reaches one cell further on each side.
     m_lo = Vec3i(active.min()[0] - 1, active.min()[1] - 1, active.min()[2] - 1);
     m_hi = Vec3i(active.max()[0] + 1, active.max()[1] + 1, active.max()[2] + 1);
+    m_cells = Box3d(Vec3d(m_lo), Vec3d(m_hi));
     m_max_density = find_max_density();
   }
 
@@ -147,8 +128,9 @@ class GridField final : public DensityField {
     return sum;
   }
 
-  void sample(const Ray& ray, double t0, double dt, std::span<double> rho, FieldCounters& counters) const override {
-    const IndexRay index_ray = to_index(ray);
+  void sample(const Ray& ray, double t0, double dt, std::span<double> rho,
+              FieldCounters& counters) const override {
+    const Ray index_ray = to_index(ray);
     CellReader reader(*m_grid);
     Corners corners;
     for (size_t i = 0; i < rho.size(); ++i) {
@@ -164,7 +146,8 @@ class GridField final : public DensityField {
   size_t memory_bytes() const override { return m_handle.size(); }
 
  private:
-  IndexRay to_index(const Ray& ray) const {
+  /// The ray in index space. Its d is not normalised: t stays the length in world space [m].
+  Ray to_index(const Ray& ray) const {
     return {m_index_from_world.point(ray.o), m_index_from_world.direction(ray.d)};
   }
 
@@ -173,13 +156,14 @@ class GridField final : public DensityField {
   }
 
   /// Visits the non-zero cells along the ray in order: visit(t0, t1, control values) returns false to stop.
-  /// Each step ends at the crossing of an integer plane and enters the cell behind that plane, so it always moves on,
-  /// and the lengths add up to the whole stretch by telescoping (METHODS §9.6).
+  /// Each step ends at the crossing of an integer plane and enters the cell behind that plane, so it always
+  /// moves on, and the lengths add up to the whole stretch by telescoping (METHODS §9.6).
   template <class Visit>
   void walk(const Ray& ray, Segment segment, FieldCounters& counters, Visit&& visit) const {
-    const IndexRay index_ray = to_index(ray);
-    segment = clip(index_ray, segment, m_lo, m_hi);
-    if (segment.empty()) return;
+    const Ray index_ray = to_index(ray);
+    segment = clip_to_box(index_ray, segment, m_cells);
+    const bool is_finite = std::isfinite(index_ray.o.length2()) && std::isfinite(index_ray.d.length2());
+    if (segment.empty() || !is_finite) return;
 
     CellReader reader(*m_grid);
     Corners corners;
@@ -219,18 +203,19 @@ class GridField final : public DensityField {
   }
 
   /// The axis through whose plane the ray leaves the box first, and where; axis -1 where it never does.
-  static std::pair<int, double> exit_of(const IndexRay& ray, const CellBox& box) {
+  static std::pair<int, double> exit_of(const Ray& ray, const CellBox& box) {
     std::pair<int, double> exit{-1, std::numeric_limits<double>::infinity()};
     for (int axis = 0; axis < 3; ++axis) {
       if (ray.d[axis] == 0.0) continue;
-      const double t = ray.crossing(axis, ray.d[axis] > 0.0 ? box.hi[axis] : box.lo[axis]);
+      const double t = crossing(ray, axis, ray.d[axis] > 0.0 ? box.hi[axis] : box.lo[axis]);
       if (t < exit.second) exit = {axis, t};
     }
     return exit;
   }
 
-  /// The cell behind the exit plane. The other two indices come from the position, kept inside the box just left.
-  static Vec3i enter_next(const IndexRay& ray, const CellBox& box, int axis, double t_exit) {
+  /// The cell behind the exit plane. The other two indices come from the position, kept inside the box just
+  /// left.
+  static Vec3i enter_next(const Ray& ray, const CellBox& box, int axis, double t_exit) {
     Vec3i cell;
     for (int k = 0; k < 3; ++k) {
       const double p = std::floor(ray.o[k] + t_exit * ray.d[k]);
@@ -267,7 +252,8 @@ class GridField final : public DensityField {
   nanovdb::GridHandle<nanovdb::HostBuffer> m_handle;
   const nanovdb::FloatGrid* m_grid;
   Affine m_world_from_index, m_index_from_world;
-  Vec3i m_lo, m_hi;  ///< box of all cells that may be non-zero, [lo, hi)
+  Vec3i m_lo, m_hi;  ///< all cells that may be non-zero, [lo, hi)
+  Box3d m_cells;     ///< the same as a box of index space
   double m_max_density = 0.0;
 };
 

@@ -1,0 +1,243 @@
+/// The documents' equidistant marcher: the baseline that every faster method must beat.
+///
+/// Steps of one length dz; each composites the opacity P = 1 - (1 - Omega)^dz, with Omega the opacity of one
+/// metre, in its stable form -expm1(-sigma_t dz) (METHODS §1.2). Shadow rays march with the same step.
+/// `sample` says where in its step a sample lies: "left" as the documents have it (order 1) or "middle"
+/// (order 2).
+///
+///   [render]
+///   integrator = { type = "uniform", step = 0.05 }
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "integrators/lighting.h"
+#include "lib/core/param_table.h"
+#include "lib/math/box.h"
+#include "lib/math/compositor.h"
+#include "lib/scene/integrator.h"
+
+namespace pileus {
+namespace {
+
+struct MarchSettings {
+  double step;    ///< [m]
+  double offset;  ///< position of a sample in its step, 0 .. 1
+  double stop;    ///< transmittance at which a ray ends
+};
+
+/// The densities of all media at a batch of steps: one virtual call per medium and batch.
+class DensityBatch {
+ public:
+  static constexpr size_t kSteps = 64;
+
+  DensityBatch(const World& world, const MarchSettings& settings)
+      : m_world(world), m_settings(settings), m_rho(world.media.size()) {}
+
+  /// Reads the steps from t on, up to t_end; returns their number. The last step may be shorter, its sample
+  /// is not.
+  size_t read(const Ray& ray, double t, double t_end, FieldCounters& counters) {
+    const size_t steps = size_t(std::min(double(kSteps), std::ceil((t_end - t) / m_settings.step)));
+    for (size_t m = 0; m < m_rho.size(); ++m) {
+      m_world.media[m].density->sample(ray, t + m_settings.offset * m_settings.step, m_settings.step,
+                                       std::span(m_rho[m]).first(steps), counters);
+    }
+    return steps;
+  }
+
+  double rho(size_t medium, size_t i) const { return m_rho[medium][i]; }
+
+  double sigma_t(size_t i) const {
+    double sum = 0.0;
+    for (size_t m = 0; m < m_rho.size(); ++m) sum += m_world.media[m].extinction * m_rho[m][i];
+    return sum;
+  }
+
+  bool is_empty(size_t i) const {
+    return std::all_of(m_rho.begin(), m_rho.end(), [&](const auto& rho) { return rho[i] == 0.0; });
+  }
+
+ private:
+  const World& m_world;
+  const MarchSettings& m_settings;
+  std::vector<std::array<double, kSteps>> m_rho;  ///< [medium][step]
+};
+
+/// Traces one tile's rays; keeps its memory between them. What the plan leaves out is compiled out of the
+/// loop.
+template <bool kScatters, bool kEmits>
+class UniformTracer {
+ public:
+  UniformTracer(const World& world, const EffectPlan& plan, const MarchSettings& settings)
+      : m_world(world),
+        m_plan(plan),
+        m_settings(settings),
+        m_view(world, settings),
+        m_shadow(world, settings) {}
+
+  RayResult trace(const Ray& ray) {
+    RayResult result;
+    const uint64_t samples_before = counters.samples();
+    const Segment view{0.0, std::numeric_limits<double>::infinity()};
+    const std::optional<WorldHit> hit = m_plan.surfaces ? nearest_surface(m_world, ray, view) : std::nullopt;
+    Compositor<double> compositor(m_settings.stop);
+    if (m_plan.media) march(ray, {view.t0, hit ? hit->t : view.t1}, compositor, result);
+    result.radiance = compositor.over(radiance_at_end(
+        m_world, m_plan, ray, hit, counters,
+        [&](const Ray& shadow, Segment segment) { return media_transmittance(shadow, segment); }));
+    result.transmittance = hit ? 0.0 : compositor.transmittance();
+    if (hit) {
+      result.z_first = std::min(result.z_first, hit->t);
+      result.z_half = std::min(result.z_half, hit->t);
+    }
+    result.samples = counters.samples() - samples_before;
+    return result;
+  }
+
+  TraceCounters counters;
+
+ private:
+  /// The stretch of the ray in which media can be.
+  Segment media_range(const Ray& ray, Segment segment) const {
+    Segment range{std::numeric_limits<double>::infinity(), 0.0};
+    for (const WorldMedium& medium : m_world.media) {
+      const Segment part = clip_to_box(ray, segment, medium.density->bounds());
+      if (part.empty()) continue;
+      range.t0 = std::min(range.t0, part.t0);
+      range.t1 = std::max(range.t1, part.t1);
+    }
+    return range;
+  }
+
+  void march(const Ray& ray, Segment segment, Compositor<double>& compositor, RayResult& result) {
+    const Segment range = media_range(ray, segment);
+    for (size_t batch = 0; !compositor.done(); ++batch) {
+      const double t = range.t0 + double(batch * DensityBatch::kSteps) * m_settings.step;
+      if (!(t < range.t1)) return;
+      const size_t steps = m_view.read(ray, t, range.t1, counters.camera);
+      for (size_t i = 0; i < steps && !compositor.done(); ++i) {
+        if (m_view.is_empty(i)) continue;
+        const double near = t + double(i) * m_settings.step;
+        add_step(ray, i, {near, std::min(near + m_settings.step, range.t1)}, compositor, result);
+      }
+    }
+  }
+
+  void add_step(const Ray& ray, size_t i, Segment step, Compositor<double>& compositor, RayResult& result) {
+    const double tau = m_view.sigma_t(i) * step.length();
+    const double mean_transmittance = step.length() * phi1(tau);  // integral of exp(-sigma_t s) over the step
+    Rgb radiance(0.0);
+    if constexpr (kScatters) {
+      const Vec3d p = ray.at(step.t0 + m_settings.offset * m_settings.step);
+      if (tau > 0.0) radiance += scattered(p, -ray.d, i) * mean_transmittance;
+    }
+    if constexpr (kEmits) {
+      for (size_t m = 0; m < m_world.media.size(); ++m) {
+        radiance += m_world.media[m].emission * (m_view.rho(m, i) * mean_transmittance);
+      }
+    }
+    result.z_first = std::min(result.z_first, step.t0);
+    compositor.add_radiance(tau, radiance);
+    if (compositor.transmittance() < 0.5) result.z_half = std::min(result.z_half, step.t1);
+  }
+
+  /// In-scattered radiance per metre at p, which is step i of the view batch.
+  Rgb scattered(const Vec3d& p, const Vec3d& wo, size_t i) {
+    ++counters.source_samples;
+    Rgb sum(0.0);
+    for (const auto& light : m_world.lights) {
+      const Illumination here = light->at(p);
+      const double visible = visibility(
+          m_world, m_plan, p, here, counters,
+          [&](const Ray& shadow, Segment segment) { return media_transmittance(shadow, segment); });
+      if (visible <= 0.0) continue;
+      for (size_t m = 0; m < m_world.media.size(); ++m) {
+        const WorldMedium& medium = m_world.media[m];
+        const double sigma_t = medium.extinction * m_view.rho(m, i);
+        sum += medium.albedo * here.irradiance * (sigma_t * visible * medium.phase->p(wo, here.wi));
+      }
+    }
+    return sum;
+  }
+
+  double media_transmittance(const Ray& ray, Segment segment) {
+    const Segment range = media_range(ray, segment);
+    NeumaierSum<double> tau;
+    for (size_t batch = 0;; ++batch) {
+      const double t = range.t0 + double(batch * DensityBatch::kSteps) * m_settings.step;
+      if (!(t < range.t1)) break;
+      const size_t steps = m_shadow.read(ray, t, range.t1, counters.shadow);
+      for (size_t i = 0; i < steps; ++i) {
+        const double near = t + double(i) * m_settings.step;
+        tau.add(m_shadow.sigma_t(i) * (std::min(near + m_settings.step, range.t1) - near));
+      }
+      if (transmittance(tau.value()) <= m_settings.stop) break;
+    }
+    return transmittance(tau.value());
+  }
+
+  const World& m_world;
+  const EffectPlan& m_plan;
+  const MarchSettings& m_settings;
+  DensityBatch m_view, m_shadow;
+};
+
+/// Half the smallest feature of the media, or 1/256 of the smallest medium where nothing has features.
+double default_step(const World& world) {
+  double step = std::numeric_limits<double>::infinity();
+  for (const WorldMedium& medium : world.media) {
+    const double feature = medium.density->feature_size();
+    const double extent = length(medium.density->bounds().size());
+    step = std::min(step, std::isfinite(feature) ? 0.5 * feature : extent / 256.0);
+  }
+  return step;
+}
+
+struct Uniform final : Integrator {
+  void describe(ParamTable& params) override {
+    params.number("step", m_step, "m", "length of a step; 0: half the smallest voxel").at_least(0);
+    params.text("sample", m_sample, "where in its step a sample lies").one_of({"middle", "left"});
+  }
+
+  void prepare(const World& world, const EffectPlan& plan, double tolerance) override {
+    m_world = &world;
+    m_plan = &plan;
+    m_settings.step = (m_step > 0.0 ? m_step : default_step(world)) * m_coarseness;
+    m_settings.offset = m_sample == "middle" ? 0.5 : 0.0;
+    m_settings.stop = tolerance / 8.0;
+  }
+
+  void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
+    if (m_plan->scattering) {
+      m_plan->emission ? run<true, true>(rays, results, counters) : run<true, false>(rays, results, counters);
+    } else {
+      m_plan->emission ? run<false, true>(rays, results, counters)
+                       : run<false, false>(rays, results, counters);
+    }
+  }
+
+  void coarsen(double factor) override { m_coarseness *= factor; }
+
+ private:
+  template <bool kScatters, bool kEmits>
+  void run(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const {
+    UniformTracer<kScatters, kEmits> tracer(*m_world, *m_plan, m_settings);
+    for (size_t i = 0; i < rays.size(); ++i) results[i] = tracer.trace(rays[i]);
+    tracer.counters.add_to(counters);
+  }
+
+  double m_step = 0.0;
+  std::string m_sample = "middle";
+  double m_coarseness = 1.0;
+  const World* m_world = nullptr;
+  const EffectPlan* m_plan = nullptr;
+  MarchSettings m_settings{};
+};
+
+}  // namespace
+
+PILEUS_PLUGIN(Integrator, uniform, Uniform, "the baseline: equidistant steps of a given length")
+
+}  // namespace pileus

@@ -1,0 +1,127 @@
+#include "lib/scene/effect_plan.h"
+
+#include <algorithm>
+#include <functional>
+#include <sstream>
+
+#include "lib/core/error.h"
+
+namespace pileus {
+namespace {
+
+bool has_light(const Rgb& rgb) {
+  return rgb.x > 0.0 || rgb.y > 0.0 || rgb.z > 0.0;
+}
+
+/// Names of the scene's objects that satisfy a condition, as "a, b and 3 more".
+template <class Kind>
+std::string names_where(const std::vector<Named<Kind>>& objects,
+                        const std::function<bool(const Kind&)>& condition) {
+  constexpr size_t kShown = 3;
+  std::string text;
+  size_t count = 0;
+  for (const Named<Kind>& object : objects) {
+    if (!condition(*object.object)) continue;
+    if (++count <= kShown) text += (text.empty() ? "" : ", ") + object.name;
+  }
+  if (count > kShown) text += fmt::format(" and {} more", count - kShown);
+  return text;
+}
+
+struct AovInfo {
+  const char* name;
+  const char* meaning;
+};
+
+constexpr AovInfo kAovs[] = {
+    {"beauty", "radiance and alpha (R, G, B, A)"},
+    {"transmittance", "share of the background that shows"},
+    {"Z", "distance to the first medium or surface, and to half transmittance"},
+    {"samples", "density samples and shadow queries per pixel"},
+    {"error_estimate", "the integrator's estimate of its own error"},
+};
+
+std::set<std::string> parse_aovs(const std::string& list) {
+  std::vector<std::string> known;
+  for (const AovInfo& aov : kAovs) known.emplace_back(aov.name);
+  std::set<std::string> chosen;
+  std::istringstream names(list);
+  for (std::string name; std::getline(names, name, ',');) {
+    name.erase(std::remove(name.begin(), name.end(), ' '), name.end());
+    if (std::find(known.begin(), known.end(), name) == known.end()) {
+      const std::string nearest = nearest_name(name, known);
+      throw Error(ErrorKind::scene, SourceLoc{},
+                  fmt::format("unknown AOV \"{}\"; expected {}{}", name, join_or(known),
+                              nearest.empty() ? "" : "; nearest: " + nearest));
+    }
+    chosen.insert(name);
+  }
+  return chosen;
+}
+
+/// Adds an effect that is on where some object asks for it.
+bool add_effect(EffectPlan& plan, std::string name, const std::string& causes, const std::string& why_on,
+                const std::string& why_off, std::string counter) {
+  const bool on = !causes.empty();
+  plan.effects.push_back({std::move(name), on, on ? why_on + causes : why_off, std::move(counter)});
+  return on;
+}
+
+}  // namespace
+
+EffectPlan plan_effects(const Scene& scene) {
+  EffectPlan plan;
+  plan.aovs = parse_aovs(scene.render.aovs);
+
+  const auto dims = [](const Medium& m) { return m.extinction > 0.0; };
+  const auto glows = [](const Medium& m) { return has_light(m.emission); };
+  const auto scatters = [&](const Medium& m) { return dims(m) && has_light(m.albedo); };
+  const std::string dimming = names_where<Medium>(scene.volumes, dims);
+  const std::string all_lights = names_where<Light>(scene.lights, [](const Light&) { return true; });
+  const std::string local =
+      names_where<Light>(scene.lights, [](const Light& l) { return !l.is_directional(); });
+  const std::string solids = names_where<Shape>(scene.objects, [](const Shape&) { return true; });
+
+  plan.media = add_effect(
+      plan, "media", names_where<Medium>(scene.volumes, [&](const Medium& m) { return dims(m) || glows(m); }),
+      "volumes that dim or glow: ",
+      scene.volumes.empty() ? "the scene has no volume" : "no volume dims or glows", "density_samples");
+  plan.several_media = add_effect(plan, "several_media",
+                                  scene.volumes.size() > 1 ? fmt::format("{}", scene.volumes.size()) : "",
+                                  "coefficients add up; number of volumes: ", "at most one volume", "");
+  const std::string scattering = all_lights.empty() ? "" : names_where<Medium>(scene.volumes, scatters);
+  plan.scattering =
+      add_effect(plan, "scattering", scattering, "lit volumes that scatter: ",
+                 all_lights.empty() ? "the scene has no light" : "no volume has extinction and albedo",
+                 "source_samples");
+  plan.anisotropic_phase = add_effect(
+      plan, "anisotropic_phase",
+      plan.scattering
+          ? names_where<Medium>(scene.volumes,
+                                [&](const Medium& m) { return scatters(m) && !m.phase->is_isotropic(); })
+          : "",
+      "phase function is not isotropic: ", "no lit volume has a phase function that depends on direction",
+      "");
+  plan.emission = add_effect(plan, "emission", names_where<Medium>(scene.volumes, glows),
+                             "volumes that glow: ", "no volume has emission", "");
+  plan.surfaces =
+      add_effect(plan, "surfaces", solids, "solid objects: ", "the scene has no object", "surface_hits");
+  plan.local_lights = add_effect(plan, "local_lights", local, "lights at a finite distance: ",
+                                 all_lights.empty() ? "the scene has no light" : "every light is a sun", "");
+  const bool something_lit = plan.scattering || (plan.surfaces && !all_lights.empty());
+  plan.media_shadows =
+      add_effect(plan, "media_shadows", something_lit ? dimming : "", "light is dimmed on its way by: ",
+                 something_lit ? "no volume has extinction" : "nothing is lit", "media_shadow_rays");
+  plan.surface_shadows =
+      add_effect(plan, "surface_shadows", something_lit ? solids : "",
+                 "light can be blocked by: ", something_lit ? "the scene has no object" : "nothing is lit",
+                 "surface_shadow_rays");
+  for (const AovInfo& aov : kAovs) {
+    const bool on = plan.aovs.count(aov.name) > 0;
+    plan.effects.push_back({fmt::format("aov_{}", aov.name), on,
+                            fmt::format("{}: {}", on ? "asked for" : "not asked for", aov.meaning), ""});
+  }
+  return plan;
+}
+
+}  // namespace pileus

@@ -1,0 +1,40 @@
+#pragma once
+
+#include <cstdint>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "lib/scene/scene.h"
+
+namespace pileus {
+
+/// One thing the renderer can simulate, and whether this scene calls for it.
+struct Effect {
+  std::string name;
+  bool on = false;
+  std::string reason;   ///< why it is on or off, as a person would say it
+  std::string counter;  ///< the counter of the render report that proves it; "" where there is none
+};
+
+/// What a scene calls for. Integrators read the flags once, above their loops: what is off is not computed,
+/// not allocated and not branched on per sample.
+struct EffectPlan {
+  bool media = false;              ///< some volume dims, scatters or glows
+  bool several_media = false;      ///< more than one: coefficients add up where they overlap
+  bool scattering = false;         ///< lights and a medium that scatters
+  bool emission = false;           ///< a medium that glows
+  bool anisotropic_phase = false;  ///< a scattering medium whose phase function is not isotropic
+  bool local_lights = false;       ///< lights whose direction changes along a ray
+  bool surfaces = false;           ///< solids to see
+  bool media_shadows = false;      ///< media dim the light on its way
+  bool surface_shadows = false;    ///< solids block the light
+  std::set<std::string> aovs;      ///< planes that the picture will have
+
+  std::vector<Effect> effects;  ///< all of the above with their reasons, in a fixed order
+};
+
+/// Derives the plan. Throws Error(scene) for an unknown name in scene.render.aovs.
+EffectPlan plan_effects(const Scene& scene);
+
+}  // namespace pileus

@@ -1,0 +1,32 @@
+#include "lib/scene/medium.h"
+
+#include <numbers>
+
+namespace pileus {
+
+void Medium::describe(ParamTable& params) {
+  describe_density(params);
+  params.number("extinction", extinction, "1/m", "extinction coefficient where the density is 1").at_least(0);
+  params.rgb("albedo", albedo, "1", "share of the extinction that is scattering").at_least(0).at_most(1);
+  params.rgb("emission", emission, "W/(m3 sr)", "radiance emitted per metre where the density is 1")
+      .at_least(0);
+  params.plugin<PhaseFunction>("phase", phase, "isotropic", "how scattered light is spread over directions");
+}
+
+void Placement::describe(ParamTable& params) {
+  params.vector("scale", scale, "1", "size factors along the object's axes, applied first").above(0);
+  params.vector("rotate_deg", rotate_deg, "deg", "rotation about the x, then the y, then the z axis");
+  params.vector("translate", translate, "m", "offset, applied last");
+}
+
+Affine Placement::world_from_object() const {
+  const Vec3d r = rotate_deg * (std::numbers::pi / 180.0);
+  Imath::M44d about_x, about_y, about_z;
+  about_x.setAxisAngle(Vec3d(1, 0, 0), r.x);
+  about_y.setAxisAngle(Vec3d(0, 1, 0), r.y);
+  about_z.setAxisAngle(Vec3d(0, 0, 1), r.z);
+  const Affine rotation = Affine(about_z) * Affine(about_y) * Affine(about_x);
+  return Affine::translation(translate) * rotation * Affine::scaling(scale);
+}
+
+}  // namespace pileus

@@ -1,0 +1,258 @@
+#include "lib/scene/param_reader.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+namespace pileus {
+namespace {
+
+template <class... Cases>
+struct Overload : Cases... {
+  using Cases::operator()...;
+};
+template <class... Cases>
+Overload(Cases...) -> Overload<Cases...>;
+
+std::optional<double> as_number(const toml::node& node) {
+  if (const auto* integer = node.as_integer()) return double(integer->get());
+  if (const auto* real = node.as_floating_point()) return real->get();
+  return std::nullopt;
+}
+
+std::optional<int> as_int(const toml::node& node) {
+  const auto* integer = node.as_integer();
+  if (!integer) return std::nullopt;
+  const int64_t value = integer->get();
+  if (value < std::numeric_limits<int>::min() || value > std::numeric_limits<int>::max()) return std::nullopt;
+  return int(value);
+}
+
+/// An array of exactly `count` numbers.
+std::optional<std::vector<double>> as_numbers(const toml::node& node, size_t count) {
+  const toml::array* array = node.as_array();
+  if (!array || array->size() != count) return std::nullopt;
+  std::vector<double> values;
+  for (const toml::node& element : *array) {
+    const std::optional<double> value = as_number(element);
+    if (!value) return std::nullopt;
+    values.push_back(*value);
+  }
+  return values;
+}
+
+std::optional<std::vector<Vec2d>> as_points(const toml::node& node) {
+  const toml::array* array = node.as_array();
+  if (!array) return std::nullopt;
+  std::vector<Vec2d> points;
+  for (const toml::node& element : *array) {
+    const auto pair = as_numbers(element, 2);
+    if (!pair) return std::nullopt;
+    points.push_back({(*pair)[0], (*pair)[1]});
+  }
+  return points;
+}
+
+bool within(const Param& param, double value) {
+  if (param.lower && (param.lower->inclusive ? value < param.lower->value : value <= param.lower->value))
+    return false;
+  if (param.upper && (param.upper->inclusive ? value > param.upper->value : value >= param.upper->value))
+    return false;
+  return true;
+}
+
+std::string range_hint(const Param& param) {
+  const std::string range = range_text(param);
+  return range.empty() ? "" : fmt::format(" ({})", range);
+}
+
+/// "expected a, b or c; nearest: b"
+std::string alternatives(std::string_view found, const std::vector<std::string>& names) {
+  if (names.empty()) return "none is known";
+  const std::string nearest = nearest_name(found, names);
+  return fmt::format("expected {}{}", join_or(names), nearest.empty() ? "" : "; nearest: " + nearest);
+}
+
+}  // namespace
+
+std::string describe_node(const toml::node& node) {
+  if (const auto* text = node.as_string()) return fmt::format("\"{}\"", text->get());
+  if (const auto* integer = node.as_integer()) return fmt::format("{}", integer->get());
+  if (const auto* real = node.as_floating_point()) return fmt::format("{}", real->get());
+  if (const auto* truth = node.as_boolean()) return truth->get() ? "true" : "false";
+  if (const auto* array = node.as_array()) return fmt::format("an array of {}", array->size());
+  if (node.is_table()) return "a table";
+  return "a date or time";
+}
+
+SourceLoc ParamReader::loc(const toml::source_region& source) const {
+  return {m_file, int(source.begin.line), int(source.begin.column)};
+}
+
+void ParamReader::read(const toml::table& table, ParamTable& params, const std::string& owner,
+                       const std::vector<std::string>& reserved) {
+  std::vector<std::string> known = reserved;
+  for (const Param& param : params.params()) known.push_back(param.name);
+
+  for (const auto& [key, node] : table) {
+    const std::string_view name = key.str();
+    if (std::find(reserved.begin(), reserved.end(), name) != reserved.end()) continue;
+    const auto param = std::find_if(params.params().begin(), params.params().end(),
+                                    [&](const Param& candidate) { return candidate.name == name; });
+    if (param == params.params().end()) {
+      problem(loc(key.source()),
+              fmt::format("{}: unknown parameter \"{}\"; {}", owner, name, alternatives(name, known)));
+    } else {
+      set(*param, node, owner);
+    }
+  }
+  for (Param& param : params.params()) {
+    if (table.contains(param.name)) continue;
+    if (param.is_required) {
+      problem(loc(table), fmt::format("{}: parameter \"{}\" is missing: {}", owner, param.name, param.help));
+    }
+    if (const auto* slot = std::get_if<PluginSlot>(&param.target)) {
+      slot->assign(make_default_plugin(slot->kind, slot->default_name));
+    }
+  }
+}
+
+void ParamReader::set(Param& param, const toml::node& node, const std::string& owner) {
+  const SourceLoc at = loc(node);
+  const auto expected = [&](std::string_view what) {
+    problem(at, fmt::format("{}: {} = {}; expected {}{}", owner, param.name, describe_node(node), what,
+                            range_hint(param)));
+  };
+  const auto numbers = [&](size_t count, std::string_view what) {
+    const auto values = as_numbers(node, count);
+    if (!values) expected(what);
+    if (values) check_numbers(param, *values, at, owner);
+    return values;
+  };
+
+  std::visit(
+      Overload{
+          [&](bool* target) {
+            const auto* truth = node.as_boolean();
+            if (!truth) return expected("true or false");
+            *target = truth->get();
+          },
+          [&](int* target) {
+            const std::optional<int> value = as_int(node);
+            if (!value) return expected("an integer");
+            check_numbers(param, {double(*value)}, at, owner);
+            *target = *value;
+          },
+          [&](double* target) {
+            const std::optional<double> value = as_number(node);
+            if (!value) return expected("a number");
+            check_numbers(param, {*value}, at, owner);
+            *target = *value;
+          },
+          [&](std::string* target) {
+            const auto* text = node.as_string();
+            if (!text) return expected("a string");
+            const auto& choices = param.choices;
+            if (!choices.empty() && std::find(choices.begin(), choices.end(), text->get()) == choices.end()) {
+              return problem(at, fmt::format("{}: {} = \"{}\"; {}", owner, param.name, text->get(),
+                                             alternatives(text->get(), choices)));
+            }
+            *target = text->get();
+          },
+          [&](std::filesystem::path* target) {
+            const auto* text = node.as_string();
+            if (!text || text->get().empty()) return expected("a file name");
+            *target = m_folder / std::filesystem::path(text->get());
+          },
+          [&](Vec2i* target) {
+            const toml::array* array = node.as_array();
+            const bool is_pair = array && array->size() == 2;
+            const std::optional<int> x = is_pair ? as_int((*array)[0]) : std::nullopt;
+            const std::optional<int> y = is_pair ? as_int((*array)[1]) : std::nullopt;
+            if (!x || !y) return expected("[integer, integer]");
+            check_numbers(param, {double(*x), double(*y)}, at, owner);
+            *target = Vec2i(*x, *y);
+          },
+          [&](Vec3d* target) {
+            if (const auto values = numbers(3, "[number, number, number]")) {
+              *target = Vec3d((*values)[0], (*values)[1], (*values)[2]);
+            }
+          },
+          [&](std::vector<Vec2d>* target) {
+            auto points = as_points(node);
+            if (!points) return expected("a list of pairs [[number, number], ...]");
+            for (const Vec2d& point : *points) check_numbers(param, {point.x, point.y}, at, owner);
+            *target = std::move(*points);
+          },
+          [&](const ReferenceSlot& slot) {
+            const auto* text = node.as_string();
+            if (!text) return expected(fmt::format("the name of a {}", slot.section));
+            *slot.target = text->get();
+            m_references.push_back({at, owner, slot.section, text->get()});
+          },
+          [&](const PluginSlot& slot) { slot.assign(make_plugin(slot.kind, node, owner)); },
+          [&](const GroupSlot& slot) {
+            const toml::table* table = node.as_table();
+            if (!table) return expected("a table { ... }");
+            ParamTable group;
+            slot.describe(group);
+            read(*table, group, fmt::format("{}: {}", owner, param.name));
+          },
+      },
+      param.target);
+}
+
+void ParamReader::check_numbers(const Param& param, const std::vector<double>& values, const SourceLoc& at,
+                                const std::string& owner) {
+  for (double value : values) {
+    if (!std::isfinite(value)) {
+      return problem(at, fmt::format("{}: {} = {} is not a finite number", owner, param.name, value));
+    }
+    if (!within(param, value)) {
+      return problem(at, fmt::format("{}: {} = {} is out of range; expected {}", owner, param.name, value,
+                                     range_text(param)));
+    }
+  }
+}
+
+std::shared_ptr<Plugin> ParamReader::make_plugin(const std::string& kind, const toml::node& node,
+                                                 const std::string& owner) {
+  const toml::table* table = node.as_table();
+  const toml::node* type = table ? table->get("type") : &node;
+  const auto* name = type ? type->as_string() : nullptr;
+  const std::vector<std::string> names = plugin_registry().names(kind);
+  if (!name) {
+    problem(
+        type ? loc(*type) : loc(node),
+        type ? fmt::format("{}: {} type = {}; expected {}", owner, kind, describe_node(*type), join_or(names))
+             : fmt::format("{}: {} has no type; expected type = {}", owner, kind, join_or(names)));
+    return nullptr;
+  }
+  const PluginInfo* info = plugin_registry().find(kind, name->get());
+  if (!info) {
+    problem(loc(*type), fmt::format("{}: unknown {} type \"{}\"; {}", owner, kind, name->get(),
+                                    alternatives(name->get(), names)));
+    return nullptr;
+  }
+  std::shared_ptr<Plugin> plugin = info->make();
+  const std::string self =
+      node.is_table() && owner.find(kind) == 0 ? owner : fmt::format("{}: {}", owner, kind);
+  static const toml::table no_parameters;
+  const size_t problems_before = m_problems.size();
+  ParamTable params;
+  plugin->describe(params);
+  read(table ? *table : no_parameters, params, self, {"type"});
+  if (m_problems.size() != problems_before) return nullptr;  // commit() may rely on valid values
+  std::vector<std::string> complaints;
+  plugin->commit(complaints);
+  for (const std::string& complaint : complaints) problem(loc(node), fmt::format("{}: {}", self, complaint));
+  return complaints.empty() ? plugin : nullptr;
+}
+
+std::shared_ptr<Plugin> ParamReader::make_default_plugin(const std::string& kind, const std::string& name) {
+  const toml::value<std::string> node(name);
+  return make_plugin(kind, node, "default");
+}
+
+}  // namespace pileus

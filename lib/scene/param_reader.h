@@ -1,0 +1,66 @@
+#pragma once
+
+#include <filesystem>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include <toml++/toml.h>
+
+#include "lib/core/error.h"
+#include "lib/core/param_table.h"
+#include "lib/core/registry.h"
+
+namespace pileus {
+
+/// A name that one object uses for another; checked when all objects are known.
+struct PendingReference {
+  SourceLoc loc;
+  std::string owner;  ///< who refers, as messages name it: `volume "cumulus"`
+  std::string section;
+  std::string name;
+};
+
+/// Fills parameter tables from TOML and collects everything that is wrong, so that one run reports it all.
+class ParamReader {
+ public:
+  /// `file` stands in messages; relative paths start at `folder`.
+  ParamReader(std::string file, std::filesystem::path folder)
+      : m_file(std::move(file)), m_folder(std::move(folder)) {}
+
+  /// Sets the parameters that `table` names. Keys in `reserved` belong to the caller; others that the
+  /// parameters do not know are problems. `owner` names the object in messages.
+  void read(const toml::table& table, ParamTable& params, const std::string& owner,
+            const std::vector<std::string>& reserved = {});
+
+  /// Makes, fills and commits the plugin that a node asks for: a name ("hg") or a table with `type`. Returns
+  /// null after a problem.
+  std::shared_ptr<Plugin> make_plugin(const std::string& kind, const toml::node& node,
+                                      const std::string& owner);
+
+  /// The plugin `name` with all its defaults.
+  std::shared_ptr<Plugin> make_default_plugin(const std::string& kind, const std::string& name);
+
+  void problem(const SourceLoc& loc, std::string message) { m_problems.push_back({loc, std::move(message)}); }
+
+  SourceLoc loc(const toml::source_region& source) const;
+  SourceLoc loc(const toml::node& node) const { return loc(node.source()); }
+
+  const std::vector<Diagnostic>& problems() const { return m_problems; }
+  const std::vector<PendingReference>& references() const { return m_references; }
+
+ private:
+  void set(Param& param, const toml::node& node, const std::string& owner);
+  void check_numbers(const Param& param, const std::vector<double>& values, const SourceLoc& at,
+                     const std::string& owner);
+
+  std::string m_file;
+  std::filesystem::path m_folder;
+  std::vector<Diagnostic> m_problems;
+  std::vector<PendingReference> m_references;
+};
+
+/// "string", "number", …: what a node holds, for messages.
+std::string describe_node(const toml::node& node);
+
+}  // namespace pileus

@@ -1,0 +1,250 @@
+#include <algorithm>
+#include <fstream>
+#include <iterator>
+#include <sstream>
+
+#include "lib/scene/param_reader.h"
+#include "lib/scene/scene.h"
+
+namespace pileus {
+
+void RenderSettings::describe(ParamTable& params) {
+  params.plugin<Integrator>("integrator", integrator, "exact", "what happens along a ray");
+  params.size("size", size, "pixels", "width and height of the picture").at_least(1).at_most(65536);
+  params
+      .number("tolerance", tolerance, "1", "accepted absolute error per channel of linear radiance; 0: exact")
+      .at_least(0);
+  params.integer("pixel_samples", pixel_samples, "n: a regular grid of n x n rays per pixel")
+      .at_least(1)
+      .at_most(64);
+  params.integer("seed", seed, "seed of random numbers, recorded in the picture").at_least(0);
+  params.text("aovs", aovs, "planes to write: beauty, transmittance, Z, samples (comma-separated)");
+}
+
+namespace {
+
+constexpr int kSceneVersion = 1;
+constexpr uintmax_t kMaxSceneBytes = 64u << 20;
+
+/// FNV-1a: short, stable over platforms and versions, and no secret depends on it.
+uint64_t hash_text(std::string_view text) {
+  uint64_t hash = 14695981039346656037ull;
+  for (const char c : text) hash = (hash ^ uint64_t(uint8_t(c))) * 1099511628211ull;
+  return hash;
+}
+
+toml::table parse_toml(std::string_view text, const std::string& name) {
+  try {
+    return toml::parse(text, name);
+  } catch (const toml::parse_error& error) {
+    const auto& begin = error.source().begin;
+    throw Error(ErrorKind::scene, SourceLoc{name, int(begin.line), int(begin.column)},
+                std::string(error.description()));
+  }
+}
+
+/// What `value` means on a command line: TOML where it parses, plain text otherwise (so strings need no
+/// quotes).
+toml::table parse_override_value(const std::string& value, const std::string& name) {
+  try {
+    return toml::parse("value = " + value, name);
+  } catch (const toml::parse_error&) {
+    return toml::table{{"value", value}};
+  }
+}
+
+/// Applies `path.to.key=value`, making the tables on the way.
+void apply_override(toml::table& root, const std::string& assignment) {
+  const std::string name = "--set " + assignment;
+  const size_t equals = assignment.find('=');
+  if (equals == std::string::npos || equals == 0) {
+    throw Error(ErrorKind::usage, name, "expected path.to.key=value");
+  }
+  std::istringstream path(assignment.substr(0, equals));
+  std::vector<std::string> keys;
+  for (std::string key; std::getline(path, key, '.');) keys.push_back(key);
+
+  toml::table* table = &root;
+  for (size_t i = 0; i + 1 < keys.size(); ++i) {
+    toml::node& child = *table->insert(keys[i], toml::table{}).first->second.as<toml::node>();
+    if (!child.is_table()) {
+      throw Error(ErrorKind::usage, name,
+                  fmt::format("\"{}\" is {}, not a table", keys[i], describe_node(child)));
+    }
+    table = child.as_table();
+  }
+  toml::table value = parse_override_value(assignment.substr(equals + 1), name);
+  table->insert_or_assign(keys.back(), std::move(*value.get("value")));
+}
+
+/// Reads the sections of one scene, in the order of the file format.
+class SceneReader {
+ public:
+  SceneReader(const toml::table& root, const std::string& name, const std::filesystem::path& folder)
+      : m_root(root), m_reader(name, folder) {}
+
+  Scene read() {
+    check_version();
+    check_section_names();
+    read_settings("render", [&](ParamTable& params) { m_scene.render.describe(params); });
+    read_settings("display", [&](ParamTable& params) { m_scene.display.describe(params); });
+    m_scene.camera = read_plugin<Camera>("camera", "");
+    m_scene.background = read_plugin<Background>("background", "constant");
+    m_scene.lights = read_named<Light>();
+    m_scene.volumes = read_named<Medium>();
+    m_scene.objects = read_named<Shape>();
+    read_freeforms();
+    check_references();
+    if (!m_reader.problems().empty()) throw Error(ErrorKind::scene, m_reader.problems());
+    return std::move(m_scene);
+  }
+
+ private:
+  void check_version() {
+    const toml::node* version = m_root.get("pileus");
+    const auto* number = version ? version->as_integer() : nullptr;
+    if (number && number->get() == kSceneVersion) return;
+    m_reader.problem(version ? m_reader.loc(*version) : m_reader.loc(m_root),
+                     version ? fmt::format("pileus = {}; this program reads version {}",
+                                           describe_node(*version), kSceneVersion)
+                             : fmt::format("no version; a scene starts with `pileus = {}`", kSceneVersion));
+  }
+
+  void check_section_names() {
+    const std::vector<std::string> known{"pileus",      "render",     "display",
+                                         "camera",      "background", Light::kKind,
+                                         Medium::kKind, Shape::kKind, kFreeFormSection};
+    for (const auto& [key, node] : m_root) {
+      const std::string name(key.str());
+      if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+      const std::string nearest = nearest_name(name, known);
+      m_reader.problem(m_reader.loc(key.source()),
+                       fmt::format("unknown section \"{}\"; expected {}{}", name, join_or(known),
+                                   nearest.empty() ? "" : "; nearest: " + nearest));
+    }
+  }
+
+  /// The table of a section; an empty one where the file has none, null after a problem.
+  const toml::table* section(std::string_view name) {
+    static const toml::table empty;
+    const toml::node* node = m_root.get(name);
+    if (!node) return &empty;
+    if (!node->is_table()) {
+      m_reader.problem(m_reader.loc(*node),
+                       fmt::format("{} is {}; expected a section [{}]", name, describe_node(*node), name));
+    }
+    return node->as_table();
+  }
+
+  template <class Describe>
+  void read_settings(std::string_view name, Describe&& describe) {
+    const toml::table* table = section(name);
+    if (!table) return;
+    ParamTable params;
+    describe(params);
+    m_reader.read(*table, params, std::string(name));
+  }
+
+  /// A section that is one plugin: [camera], [background]. Without a default its absence is a problem.
+  template <class Kind>
+  std::shared_ptr<const Kind> read_plugin(const std::string& name, const std::string& default_name) {
+    std::shared_ptr<Plugin> plugin;
+    if (const toml::node* node = m_root.get(name)) {
+      plugin = m_reader.make_plugin(Kind::kKind, *node, name);
+    } else if (!default_name.empty()) {
+      plugin = m_reader.make_default_plugin(Kind::kKind, default_name);
+    } else {
+      m_reader.problem(m_reader.loc(m_root),
+                       fmt::format("the scene has no [{}]; expected one with type = {}", name,
+                                   join_or(plugin_registry().names(Kind::kKind))));
+    }
+    return std::dynamic_pointer_cast<const Kind>(plugin);
+  }
+
+  /// The named plugins of a kind: [light.sun], [light.fill], in the order of their names.
+  template <class Kind>
+  std::vector<Named<Kind>> read_named() {
+    std::vector<Named<Kind>> objects;
+    const toml::table* table = section(Kind::kKind);
+    if (!table) return objects;
+    for (const auto& [key, node] : *table) {
+      const std::string name(key.str());
+      const auto plugin =
+          m_reader.make_plugin(Kind::kKind, node, fmt::format("{} \"{}\"", Kind::kKind, name));
+      objects.push_back({name, std::dynamic_pointer_cast<const Kind>(plugin)});
+    }
+    return objects;
+  }
+
+  void read_freeforms() {
+    const toml::table* table = section(kFreeFormSection);
+    if (!table) return;
+    for (const auto& [key, node] : *table) {
+      const std::string name(key.str()), owner = fmt::format("{} \"{}\"", kFreeFormSection, name);
+      if (!node.is_table()) {
+        m_reader.problem(m_reader.loc(node),
+                         fmt::format("{} is {}; expected a table", owner, describe_node(node)));
+        continue;
+      }
+      FreeForm freeform;
+      ParamTable params;
+      freeform.describe(params);
+      m_reader.read(*node.as_table(), params, owner);
+      m_scene.freeforms.emplace(name, freeform);
+    }
+  }
+
+  void check_references() {
+    for (const PendingReference& reference : m_reader.references()) {
+      const toml::table* table = section(reference.section);
+      if (table && table->contains(reference.name)) continue;
+      std::vector<std::string> names;
+      if (table) {
+        for (const auto& [key, node] : *table) names.emplace_back(key.str());
+      }
+      const std::string nearest = nearest_name(reference.name, names);
+      m_reader.problem(reference.loc,
+                       fmt::format("{}: there is no {} \"{}\"; the scene has {}{}", reference.owner,
+                                   reference.section, reference.name, names.empty() ? "none" : join_or(names),
+                                   nearest.empty() ? "" : "; nearest: " + nearest));
+    }
+  }
+
+  static constexpr const char* kFreeFormSection = "freeform";
+
+  const toml::table& m_root;
+  ParamReader m_reader;
+  Scene m_scene;
+};
+
+std::string read_text(const std::filesystem::path& file) {
+  std::error_code failure;
+  const uintmax_t bytes = std::filesystem::file_size(file, failure);
+  if (failure) throw Error(ErrorKind::file, file.string(), "cannot be read: " + failure.message());
+  if (bytes > kMaxSceneBytes) {
+    throw Error(ErrorKind::file, file.string(), fmt::format("has {} bytes: too large for a scene", bytes));
+  }
+  std::ifstream stream(file, std::ios::binary);
+  if (!stream) throw Error(ErrorKind::file, file.string(), "cannot be opened");
+  return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
+}
+
+}  // namespace
+
+Scene parse_scene(std::string_view text, const std::string& name, const std::filesystem::path& folder,
+                  const std::vector<std::string>& overrides) {
+  toml::table root = parse_toml(text, name);
+  for (const std::string& assignment : overrides) apply_override(root, assignment);
+  Scene scene = SceneReader(root, name, folder).read();
+  scene.file = name;
+  std::ostringstream canonical;
+  canonical << root;
+  scene.hash = hash_text(canonical.str());
+  return scene;
+}
+
+Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
+  return parse_scene(read_text(file), file.string(), file.parent_path(), overrides);
+}
+
+}  // namespace pileus

@@ -1,0 +1,49 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lib/scene/scene.h"
+
+namespace pileus {
+
+/// A volume ready to render: its density and what light does in it.
+struct WorldMedium {
+  std::string name;
+  std::shared_ptr<const DensityField> density;
+  double extinction;  ///< sigma_t = extinction * rho [1/m]
+  Rgb albedo;         ///< sigma_s / sigma_t
+  Rgb emission;       ///< radiance per metre = emission * rho [W/(m3 sr)]
+  std::shared_ptr<const PhaseFunction> phase;
+};
+
+/// The scene as integrators see it: everything loaded and built, nothing that changes any more.
+struct World {
+  std::vector<WorldMedium> media;
+  std::vector<std::shared_ptr<const Light>> lights;
+  std::vector<std::shared_ptr<const Shape>> shapes;
+  std::shared_ptr<const Background> background;
+  std::shared_ptr<const Camera> camera;
+};
+
+/// Loads and builds what the scene describes. Throws Error, with the volume's name, where that fails.
+World build_world(const Scene& scene);
+
+/// A surface point that a ray has met.
+struct WorldHit {
+  double t;      ///< [m]
+  Vec3d n;       ///< unit normal on the ray's side
+  double error;  ///< how far rounding may have moved the hit off the surface [m]
+  const Shape* shape;
+};
+
+/// Nearest solid surface with t in (segment.t0, segment.t1).
+std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segment segment);
+
+/// True where a solid stands in the segment: the shadow query of solids.
+bool is_occluded(const World& world, const Ray& ray, Segment segment);
+
+}  // namespace pileus
