@@ -13,13 +13,21 @@
 namespace pileus {
 
 struct SurfaceHit {
-  double t = 0.0;  ///< [m]
-  Vec3d n;         ///< unit normal, on the side the ray comes from
+  double t = 0.0;      ///< [m]
+  Vec3d n;             ///< unit normal, on the side the ray comes from
+  double error = 0.0;  ///< [m] bound on how far ray.at(t) lies from the surface; see lib/math/offset_point.h
 };
 
-/// A solid, opaque object.
+/// A solid, opaque object: its form (the plugin) and what light does on it (the common part).
 struct Shape : Plugin {
   static constexpr const char* kKind = "object";
+
+  std::shared_ptr<const SurfaceShader> shader;
+
+  void describe(ParamTable& params) final;
+
+  /// The parameters of the form.
+  virtual void describe_form(ParamTable& params) = 0;
 
   /// Nearest hit with t in (segment.t0, segment.t1).
   virtual std::optional<SurfaceHit> intersect(const Ray& ray, Segment segment) const = 0;
@@ -30,8 +38,6 @@ struct Shape : Plugin {
 
   /// World-space box [m]; may be infinite.
   virtual Box3d bounds() const = 0;
-
-  std::shared_ptr<const SurfaceShader> shader;
 };
 
 }  // namespace pileus
