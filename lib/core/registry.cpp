@@ -74,9 +74,10 @@ void Registry::load_library(const fs::path& file) {
                 fmt::format("built for plugin interface \"{}\"; this program has \"{}\": rebuild the plugin",
                             found, PILEUS_PLUGIN_ABI));
   }
-  m_origin = file.string();
-  enter(this);
-  m_origin = "built in";
+  Registry found;
+  found.m_origin = file.string();
+  enter(&found);
+  for (PluginInfo& info : found.m_plugins) add(std::move(info));
 }
 
 Registry& plugin_registry() {

@@ -1,0 +1,48 @@
+# Installs the package, moves it, and builds the project in outside/ against it: once with find_package, once with
+# pkg-config. Stops at the first step that fails.
+cmake_minimum_required(VERSION 3.24)
+
+# run(STEP COMMAND...) runs a command, stops the test where it fails, and leaves what it wrote in `output`.
+function(run step)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "${step} failed (${result}):\n${output}")
+  endif()
+  message(STATUS "${step}: ok")
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+function(expect_output step expected)
+  if(NOT output MATCHES "${expected}")
+    message(FATAL_ERROR "${step} printed\n${output}\nwhich does not match\n${expected}")
+  endif()
+endfunction()
+
+# The prefix is not the one that was installed to: a package that holds an absolute path fails below.
+file(REMOVE_RECURSE ${WORK_DIR})
+run("install" ${CMAKE_COMMAND} --install ${BUILD_DIR} --prefix ${WORK_DIR}/before)
+file(RENAME ${WORK_DIR}/before ${WORK_DIR}/after)
+set(prefix ${WORK_DIR}/after)
+
+# Every installed header, in one file that sees fmt and Imath only.
+file(GLOB_RECURSE headers RELATIVE ${prefix}/include/pileus ${prefix}/include/pileus/*.h)
+list(REMOVE_ITEM headers vdb_io/grid_to_field.h)  # shows OpenVDB's types, and says so
+list(TRANSFORM headers REPLACE "(.+)" "#include <\\1>\n")
+list(JOIN headers "" all_headers)
+file(WRITE ${WORK_DIR}/all_headers.cpp "${all_headers}")
+
+run("configure" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/outside -B ${WORK_DIR}/build -G ${GENERATOR}
+    -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_PREFIX_PATH=${prefix}
+    -D PLUGIN=${PLUGIN} -D ALL_HEADERS=${WORK_DIR}/all_headers.cpp)
+run("build" ${CMAKE_COMMAND} --build ${WORK_DIR}/build)
+set(expected "^pileus ${VERSION}\nphase cornette_shanks, p = 0\\.11936.\n$")
+run("run" ${WORK_DIR}/build/outside ${WORK_DIR}/build/cornette_shanks.so)
+expect_output("the program built with find_package" "${expected}")
+
+set(ENV{PKG_CONFIG_PATH} ${prefix}/${LIBDIR}/pkgconfig)
+run("pkg-config" pkg-config --cflags --libs pileus)
+separate_arguments(flags UNIX_COMMAND "${output}")
+run("compile by hand" ${CXX} -std=c++20 ${CMAKE_CURRENT_LIST_DIR}/outside/main.cpp -o ${WORK_DIR}/by_hand ${flags})
+set(ENV{LD_LIBRARY_PATH} ${prefix}/${LIBDIR})
+run("run" ${WORK_DIR}/by_hand ${WORK_DIR}/build/cornette_shanks.so)
+expect_output("the program built with pkg-config" "${expected}")
