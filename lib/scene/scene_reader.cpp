@@ -87,7 +87,7 @@ class SceneReader {
     check_version();
     check_section_names();
     read_settings("render", [&](ParamTable& params) { m_scene.render.describe(params); });
-    read_settings("display", [&](ParamTable& params) { m_scene.display.describe(params); });
+    read_display();
     m_scene.camera = read_plugin<Camera>("camera", "");
     m_scene.background = read_plugin<Background>("background", "constant");
     m_scene.lights = read_named<Light>();
@@ -143,6 +143,19 @@ class SceneReader {
     ParamTable params;
     describe(params);
     m_reader.read(*table, params, std::string(name));
+  }
+
+  void read_display() {
+    std::string curve = "srgb";
+    DisplayTransform& display = m_scene.display;
+    read_settings("display", [&](ParamTable& params) {
+      params.number("exposure", display.exposure_stops, "stops", "radiance is multiplied by 2^exposure")
+          .at_least(-kMaxExposureStops)
+          .at_most(kMaxExposureStops);
+      params.text("curve", curve, "how linear values become display values").one_of({"srgb", "gamma"});
+      params.number("gamma", display.gamma, "1", "exponent of the gamma curve").above(0);
+    });
+    display.curve = curve == "gamma" ? DisplayCurve::gamma : DisplayCurve::srgb;
   }
 
   /// A section that is one plugin: [camera], [background]. Without a default its absence is a problem.

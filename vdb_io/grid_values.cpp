@@ -1,0 +1,106 @@
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "lib/core/error.h"
+#include "lib/core/parallel.h"
+#include "vdb_io/vdb_reader.h"
+
+namespace pileus {
+namespace {
+
+/// Counts under way; min and max start beyond every value.
+struct Tally {
+  ValueCounts counts;
+  double min = std::numeric_limits<double>::infinity();
+  double max = -std::numeric_limits<double>::infinity();
+
+  void add(float value, bool is_active, uint64_t voxels) {
+    if (std::isnan(value)) {
+      counts.nan += voxels;
+    } else if (std::isinf(value)) {
+      counts.infinite += voxels;
+    } else {
+      if (value < 0.0f) counts.negative += voxels;
+      if (is_active) {
+        min = std::min(min, double(value));
+        max = std::max(max, double(value));
+      }
+    }
+    if (!is_active && value != 0.0f) counts.inactive_nonzero += voxels;
+  }
+
+  void add(const Tally& other) {
+    counts.nan += other.counts.nan;
+    counts.infinite += other.counts.infinite;
+    counts.negative += other.counts.negative;
+    counts.inactive_nonzero += other.counts.inactive_nonzero;
+    min = std::min(min, other.min);
+    max = std::max(max, other.max);
+  }
+};
+
+}  // namespace
+
+ValueCounts count_values(const openvdb::FloatGrid& grid) {
+  using LeafNode = openvdb::FloatTree::LeafNodeType;
+  constexpr size_t kLeavesPerTask = 256;
+  std::vector<const LeafNode*> leaves;
+  grid.tree().getNodes(leaves);
+  std::vector<Tally> tallies((leaves.size() + kLeavesPerTask - 1) / kLeavesPerTask);
+  parallel_for(tallies.size(), [&](size_t task) {
+    const size_t end = std::min(leaves.size(), (task + 1) * kLeavesPerTask);
+    for (size_t i = task * kLeavesPerTask; i < end; ++i) {
+      for (openvdb::Index n = 0; n < LeafNode::SIZE; ++n) {
+        tallies[task].add(leaves[i]->getValue(n), leaves[i]->isValueOn(n), 1);
+      }
+    }
+  });
+
+  Tally total;
+  auto tiles = grid.tree().cbeginValueAll();
+  tiles.setMaxDepth(decltype(tiles)::LEAF_DEPTH - 1);
+  for (; tiles; ++tiles) total.add(*tiles, tiles.isValueOn(), tiles.getVoxelCount());
+  for (const Tally& tally : tallies) total.add(tally);
+  if (total.min <= total.max) {
+    total.counts.min = total.min;
+    total.counts.max = total.max;
+  }
+  return total.counts;
+}
+
+Affine world_from_index(const std::filesystem::path& path, const openvdb::GridBase& grid) {
+  if (!grid.transform().isLinear()) {
+    throw Error(
+        ErrorKind::file, path.string(),
+        fmt::format(
+            "grid \"{}\" has a frustum transform (voxels that widen with distance); expected an affine "
+            "one; resample it to a box where it was made",
+            grid.getName()));
+  }
+  const openvdb::Mat4R matrix = grid.transform().baseMap()->getAffineMap()->getMat4();
+  Imath::M44d row_vector_matrix;
+  bool is_finite = true;
+  for (int i = 0; i < 4; ++i) {
+    for (int j = 0; j < 4; ++j) {
+      row_vector_matrix[i][j] = matrix[i][j];  // OpenVDB, too, multiplies row vectors from the left
+      is_finite = is_finite && std::isfinite(matrix[i][j]);
+    }
+  }
+  const Affine world_from_index(row_vector_matrix);
+  // Relative to its own edges, so that tiny voxels are not taken for a singular map.
+  const double edges = world_from_index.direction({1, 0, 0}).length() *
+                       world_from_index.direction({0, 1, 0}).length() *
+                       world_from_index.direction({0, 0, 1}).length();
+  const double volume = std::abs(world_from_index.determinant());
+  if (!is_finite || !std::isfinite(volume) || !(volume > 1e-12 * edges)) {
+    throw Error(
+        ErrorKind::file, path.string(),
+        fmt::format("grid \"{}\" has a {} transform; expected an invertible one; repair it where it was made",
+                    grid.getName(), is_finite ? "singular" : "non-finite"));
+  }
+  return world_from_index;
+}
+
+}  // namespace pileus

@@ -1,0 +1,245 @@
+#include "vdb_io/vdb_reader.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include <openvdb/io/File.h>
+#include <openvdb/tools/LevelSetUtil.h>
+
+#include "lib/core/error.h"
+#include "vdb_io/openvdb_library.h"
+#include "vdb_io/vdb_structure.h"
+
+namespace pileus {
+namespace {
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& message) {
+  throw Error(ErrorKind::file, path.string(), message);
+}
+
+std::string list_grids(const std::vector<const VdbGridEntry*>& grids) {
+  std::string text;
+  for (const VdbGridEntry* grid : grids) text += (text.empty() ? "" : ", ") + describe(*grid);
+  return text.empty() ? "none" : text;
+}
+
+std::vector<const VdbGridEntry*> grids_where(const VdbDirectory& directory, auto predicate) {
+  std::vector<const VdbGridEntry*> found;
+  for (const VdbGridEntry& grid : directory.grids) {
+    if (predicate(grid)) found.push_back(&grid);
+  }
+  return found;
+}
+
+bool is_fog(const VdbGridEntry& grid) {
+  return grid.is_scalar() && (grid.grid_class == "fog volume" || grid.grid_class == "unknown");
+}
+
+const VdbGridEntry& find_grid(const std::filesystem::path& path, const VdbDirectory& directory,
+                              const std::string& wanted) {
+  std::vector<std::string> names;
+  for (const VdbGridEntry& grid : directory.grids) {
+    if (grid.name == wanted) return grid;
+    names.push_back(grid.name);
+  }
+  const auto same_base = grids_where(directory, [&](const auto& grid) { return grid.base_name == wanted; });
+  if (same_base.size() == 1) return *same_base.front();
+  if (same_base.size() > 1) {
+    fail(path, fmt::format("{} grids are called \"{}\"; expected one of them by number: {}", same_base.size(),
+                           wanted, list_grids(same_base)));
+  }
+  const std::string nearest = nearest_name(wanted, names);
+  fail(path, fmt::format("no grid \"{}\"; found {}{}", wanted,
+                         list_grids(grids_where(directory, [](const auto&) { return true; })),
+                         nearest.empty() ? "" : "; nearest: " + nearest));
+}
+
+/// Turns away what is not a scalar grid, with what it is good for.
+void require_scalar(const std::filesystem::path& path, const VdbGridEntry& grid) {
+  if (grid.is_scalar()) return;
+  if (grid.value_type == "points") {
+    fail(path,
+         fmt::format(
+             "grid \"{}\" holds points, not a volume; expected a scalar grid; rasterize the points to a "
+             "density first (Houdini: VDB from Particles; Blender: Points to Volume)",
+             grid.name));
+  }
+  if (grid.value_type.starts_with("vec")) {
+    fail(path,
+         fmt::format(
+             "grid \"{}\" holds vectors ({}{}); expected a scalar grid; name one with `grid = \"...\"`, or "
+             "write its length or one component as a float grid",
+             grid.name, grid.value_type, grid.grid_class == "staggered" ? ", staggered" : ""));
+  }
+  fail(path, fmt::format("grid \"{}\" holds values of type {}; expected float, double, int32, int64 or bool",
+                         grid.name, grid.value_type));
+}
+
+/// The entry whose voxels `entry` shows: itself, or the grid it shares its tree with.
+const VdbGridEntry& voxel_owner(const std::filesystem::path& path, const VdbDirectory& directory,
+                                const VdbGridEntry& entry) {
+  if (entry.shares_tree_with.empty()) return entry;
+  for (const VdbGridEntry& grid : directory.grids) {
+    const bool is_owner = grid.name == entry.shares_tree_with && grid.shares_tree_with.empty();
+    if (is_owner && grid.tree_type == entry.tree_type) return grid;
+  }
+  fail(path, fmt::format("is damaged: grid \"{}\" shares its voxels with \"{}\", which has none of that type",
+                         entry.name, entry.shares_tree_with));
+}
+
+openvdb::GridBase::Ptr read_with_openvdb(const std::filesystem::path& path, const VdbGridEntry& entry) {
+  initialize_openvdb();
+  try {
+    // No delayed loading: all voxels are wanted at once, and a mapped file that shrinks would kill the
+    // process.
+    openvdb::io::File file(path.string());
+    file.open(/*delayLoad=*/false);
+    return file.readGrid(entry.name);
+  } catch (const std::bad_alloc&) {
+    fail(path, fmt::format("grid \"{}\" does not fit into memory", entry.name));
+  } catch (const std::exception& problem) {
+    fail(path, fmt::format("OpenVDB cannot read grid \"{}\": {}", entry.name, problem.what()));
+  }
+}
+
+template <class Grid>
+openvdb::FloatGrid::Ptr converted(const openvdb::GridBase::Ptr& grid) {
+  const auto typed = openvdb::gridPtrCast<Grid>(grid);
+  return typed ? std::make_shared<openvdb::FloatGrid>(*typed) : nullptr;
+}
+
+openvdb::FloatGrid::Ptr as_float(const openvdb::GridBase::Ptr& grid) {
+  if (auto same = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return same;
+  if (auto made = converted<openvdb::DoubleGrid>(grid)) return made;
+  if (auto made = converted<openvdb::Int32Grid>(grid)) return made;
+  if (auto made = converted<openvdb::Int64Grid>(grid)) return made;
+  return converted<openvdb::BoolGrid>(grid);
+}
+
+/// A level set's distances become 1 inside, falling to 0 at the surface over at most three voxels: narrow
+/// bands are that wide, and files that store "far" as 10000 would otherwise fade over 10000 metres.
+void turn_level_set_into_fog(const std::filesystem::path& path, DensityGrid& density) {
+  const ValueCounts distances = count_values(*density.grid);
+  if (distances.nan + distances.infinite > 0) {
+    fail(path, fmt::format(
+                   "level set \"{}\" holds {} NaN and {} infinite distances; expected finite ones; repair it "
+                   "where it was made",
+                   density.source.name, distances.nan, distances.infinite));
+  }
+  const double voxel = density.grid->voxelSize().length() / std::sqrt(3.0);
+  const float band = float(std::min(double(density.grid->background()), 3.0 * voxel));
+  if (!(band > 0.0f)) {
+    fail(path, fmt::format(
+                   "level set \"{}\" has the background {}; expected the half width of its narrow band, > 0",
+                   density.source.name, density.grid->background()));
+  }
+  openvdb::tools::sdfToFogVolume(*density.grid, band);
+  density.grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+  density.notes.push_back(
+      fmt::format("level set \"{}\" turned into fog: 1 inside, falling to 0 over {} m below the surface",
+                  density.source.name, band));
+}
+
+void refuse_or_clear_bad_values(const std::filesystem::path& path, BadValuePolicy policy,
+                                DensityGrid& density) {
+  const ValueCounts& found = density.values;
+  if (found.bad() == 0) return;
+  const std::string counts =
+      fmt::format("{} NaN, {} infinite and {} negative values", found.nan, found.infinite, found.negative);
+  if (policy == BadValuePolicy::refuse) {
+    fail(path,
+         fmt::format("grid \"{}\" holds {}; expected densities >= 0; repair it where it was made, or write "
+                     "`nan = \"zero\"` to set them to 0",
+                     density.source.name, counts));
+  }
+  const auto clear = [](auto iterator) {
+    for (; iterator; ++iterator) {
+      const float value = *iterator;
+      if (!(value >= 0.0f) || std::isinf(value)) iterator.setValue(0.0f);
+    }
+  };
+  auto& tree = density.grid->tree();
+  for (auto leaf = tree.beginLeaf(); leaf; ++leaf) clear(leaf->beginValueAll());
+  auto tiles = tree.beginValueAll();
+  tiles.setMaxDepth(decltype(tiles)::LEAF_DEPTH - 1);
+  clear(tiles);
+  density.notes.push_back(fmt::format("grid \"{}\": {} set to 0", density.source.name, counts));
+}
+
+}  // namespace
+
+const VdbGridEntry& choose_grid(const std::filesystem::path& path, const VdbDirectory& directory,
+                                const std::string& wanted) {
+  if (!wanted.empty()) return find_grid(path, directory, wanted);
+  if (directory.grids.empty()) fail(path, "holds no grids");
+  const auto named_density =
+      grids_where(directory, [](const auto& grid) { return grid.base_name == "density"; });
+  if (named_density.size() == 1) return *named_density.front();
+  const auto fogs = grids_where(directory, is_fog);
+  if (fogs.size() == 1) return *fogs.front();
+  const auto scalars = grids_where(directory, [](const auto& grid) { return grid.is_scalar(); });
+  if (directory.grids.size() == 1)
+    return directory.grids.front();  // its own error will say what is wrong with it
+  fail(path, fmt::format(
+                 "no grid is named \"density\" and {} could be meant; found {}; choose with `grid = \"...\"`",
+                 scalars.empty() ? "none" : "several",
+                 list_grids(grids_where(directory, [](const auto&) { return true; }))));
+}
+
+openvdb::FloatGrid::Ptr read_scalar_grid(const std::filesystem::path& path, const VdbDirectory& directory,
+                                         const VdbGridEntry& entry) {
+  require_scalar(path, entry);
+  check_grid_structure(path, voxel_owner(path, directory, entry));
+  auto grid = as_float(read_with_openvdb(path, entry));
+  if (!grid)
+    fail(path, fmt::format("grid \"{}\" is not of the type {} it claims", entry.name, entry.value_type));
+  return grid;
+}
+
+DensityGrid read_density_grid(const std::filesystem::path& path, const VdbReadOptions& options) {
+  const VdbDirectory directory = read_vdb_directory(path);
+  DensityGrid density;
+  density.source = choose_grid(path, directory, options.grid);
+  const std::string& name = density.source.name;
+  if (options.grid.empty() && directory.grids.size() > 1) {
+    density.notes.push_back(
+        fmt::format("grid {} chosen among {}", describe(density.source), directory.grids.size()));
+  }
+  const bool is_level_set = density.source.grid_class == "level set";
+  if (is_level_set && density.source.is_scalar() && options.level_set == LevelSetPolicy::refuse) {
+    fail(path,
+         fmt::format(
+             "grid \"{}\" is a level set (distances); expected a fog volume; write `level_set = \"fog\"` "
+             "to fill its inside",
+             name));
+  }
+
+  density.grid = read_scalar_grid(path, directory, density.source);
+  world_from_index(path, *density.grid);
+  if (density.grid->activeVoxelCount() == 0) {
+    fail(path, fmt::format(
+                   "grid \"{}\" is empty (0 active voxels); expected a density; choose another grid or frame",
+                   name));
+  }
+  if (density.source.value_type != "float") {
+    density.notes.push_back(
+        fmt::format("grid \"{}\" converted from {} to float", name, density.source.value_type));
+  }
+  if (density.source.grid_class == "unknown") {
+    density.notes.push_back(fmt::format("grid \"{}\" has no class; taken as a fog volume", name));
+  }
+
+  if (is_level_set) turn_level_set_into_fog(path, density);
+  if (density.grid->background() != 0.0f) {
+    fail(path,
+         fmt::format(
+             "grid \"{}\" has the background {}, which fills all of space; expected 0; set it to 0 where "
+             "the grid was made",
+             name, density.grid->background()));
+  }
+  density.values = count_values(*density.grid);
+  refuse_or_clear_bad_values(path, options.bad_values, density);
+  return density;
+}
+
+}  // namespace pileus

@@ -1,0 +1,244 @@
+#include "vdb_io/vdb_structure.h"
+
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <limits>
+#include <map>
+#include <string_view>
+#include <tuple>
+#include <vector>
+
+#include <fmt/format.h>
+
+#include "vdb_io/file_cursor.h"
+
+namespace pileus {
+namespace {
+
+constexpr uint32_t kZip = 1, kActiveMask = 2, kBlosc = 4;
+
+/// How a node's inactive values are stored in front of its block (the numbers are the file format's).
+enum InactiveValues : uint8_t {
+  background_only = 0,
+  minus_background = 1,
+  one_value = 2,
+  mask_of_signs = 3,
+  mask_and_one_value = 4,
+  mask_and_two_values = 5,
+  all_stored = 6
+};
+
+/// Bits of a node's mask, as 64-bit words.
+template <int kLog2Dim>
+struct Mask {
+  static constexpr int kWords = 1 << (3 * kLog2Dim - 6);
+  std::array<uint64_t, kWords> words;
+
+  uint32_t count() const {
+    uint32_t total = 0;
+    for (const uint64_t word : words) total += uint32_t(std::popcount(word));
+    return total;
+  }
+  /// Calls visit(x, y, z) for every bit that is set; z runs fastest.
+  template <class Visit>
+  void for_each(const Visit& visit) const {
+    constexpr int kDim = 1 << kLog2Dim;
+    for (int w = 0; w < kWords; ++w) {
+      for (uint64_t rest = words[size_t(w)]; rest != 0; rest &= rest - 1) {
+        const int n = 64 * w + std::countr_zero(rest);
+        visit(n >> (2 * kLog2Dim), (n >> kLog2Dim) & (kDim - 1), n & (kDim - 1));
+      }
+    }
+  }
+};
+
+using LeafMask = Mask<3>;
+
+struct Leaf {
+  Vec3i origin;
+  uint32_t active;
+};
+
+struct ValueSize {
+  uint32_t bytes;       ///< of a value in memory
+  uint32_t half_bytes;  ///< of a value saved as half; 0 for whole numbers, which are never halved
+};
+
+class StructureWalk {
+ public:
+  StructureWalk(FileCursor& file, const VdbGridEntry& grid, ValueSize size)
+      : m_file(file),
+        m_grid(grid),
+        m_value_bytes(size.bytes),
+        m_is_half(grid.saved_as_half && size.half_bytes > 0),
+        m_stored_bytes(m_is_half ? size.half_bytes : size.bytes) {}
+
+  GridStructure run() {
+    m_file.enter(m_grid.topology_begin, m_grid.blocks_begin);
+    read_root();
+    if (m_file.remaining() != 0) damaged("bytes are left over after the tree");
+    m_file.enter(m_grid.blocks_begin, m_grid.end);
+    for (const Leaf& leaf : m_leaves) read_leaf_block(leaf);
+    if (m_file.remaining() != 0) damaged("bytes are left over after the voxels");
+    return m_structure;
+  }
+
+ private:
+  [[noreturn]] void damaged(std::string_view what) const {
+    m_file.fail(fmt::format("is damaged: grid \"{}\": {} (near byte {}); fetch the file again", m_grid.name,
+                            what, m_file.position()));
+  }
+
+  Vec3i get_root_origin(int tile_size) {
+    Vec3i origin;
+    m_file.read(&origin, sizeof origin, "a node's origin");
+    // The largest few coordinates are left out so that a neighbouring voxel's index cannot overflow.
+    constexpr int kLimit = std::numeric_limits<int>::max() / 2;
+    for (int axis = 0; axis < 3; ++axis) {
+      if (origin[axis] % tile_size != 0) damaged("a node lies off the raster of its level");
+      if (origin[axis] < -kLimit || origin[axis] > kLimit) damaged("a node lies too far out");
+    }
+    return origin;
+  }
+
+  void read_root() {
+    constexpr int kUpperSize = 4096;
+    m_file.skip(4, "the number of buffers");
+    m_file.skip(m_value_bytes, "the background");
+    const auto tiles = m_file.get<uint32_t>("the number of root tiles");
+    const auto children = m_file.get<uint32_t>("the number of root nodes");
+    for (uint32_t i = 0; i < tiles; ++i) {
+      const Vec3i origin = get_root_origin(kUpperSize);
+      m_file.skip(m_value_bytes, "a root tile");
+      const auto active = m_file.get<uint8_t>("a root tile");
+      if (active > 1) damaged("a root tile is neither active nor inactive");
+      if (active == 1) add_active_tile(origin, kUpperSize);
+    }
+    Vec3i previous(0);
+    for (uint32_t i = 0; i < children; ++i) {
+      const Vec3i origin = get_root_origin(kUpperSize);
+      const auto key = [](const Vec3i& p) { return std::tuple(p.x, p.y, p.z); };
+      if (i > 0 && key(origin) <= key(previous)) damaged("root nodes are out of order");
+      previous = origin;
+      read_internal<5, 128>(origin);
+    }
+  }
+
+  template <int kLog2Dim, int kChildSize>
+  void read_internal(const Vec3i& origin) {
+    ++m_structure.internal_nodes;
+    Mask<kLog2Dim> children, active;
+    m_file.read(&children, sizeof children, "a node's child mask");
+    m_file.read(&active, sizeof active, "a node's value mask");
+    for (int w = 0; w < children.kWords; ++w) {
+      if ((children.words[size_t(w)] & active.words[size_t(w)]) != 0)
+        damaged("a voxel is both tile and node");
+    }
+    skip_values(sizeof active, uint32_t(8 * sizeof active), active.count());
+    const auto corner = [&](int x, int y, int z) { return origin + Vec3i(x, y, z) * kChildSize; };
+    active.for_each([&](int x, int y, int z) { add_active_tile(corner(x, y, z), kChildSize); });
+    children.for_each([&](int x, int y, int z) {
+      if constexpr (kChildSize == 8) {
+        read_leaf_mask(corner(x, y, z));
+      } else {
+        read_internal<kLog2Dim - 1, 8>(corner(x, y, z));
+      }
+    });
+  }
+
+  void read_leaf_mask(const Vec3i& origin) {
+    LeafMask active;
+    m_file.read(&active, sizeof active, "a leaf's mask");
+    m_leaves.push_back({origin, active.count()});
+    ++m_structure.leaves;
+    m_structure.active_voxels += m_leaves.back().active;
+    active.for_each(
+        [&](int x, int y, int z) { m_structure.active_bounds.extendBy(origin + Vec3i(x, y, z)); });
+  }
+
+  void read_leaf_block(const Leaf& leaf) {
+    m_file.skip(sizeof(LeafMask), "a leaf's mask");
+    if (m_grid.value_type == "bool") {  // bits instead of values, with an origin of their own
+      Vec3i origin;
+      m_file.read(&origin, sizeof origin, "a leaf's origin");
+      if (origin != leaf.origin) damaged("a leaf does not lie where its tree says");
+      m_file.skip(sizeof(LeafMask), "a leaf's voxels");
+    } else {
+      skip_values(sizeof(LeafMask), 512, leaf.active);
+    }
+  }
+
+  /// A node's values: how inactive ones look, then the block itself.
+  void skip_values(uint64_t mask_bytes, uint32_t count, uint32_t active) {
+    const auto inactive = m_file.get<uint8_t>("a node's flags");
+    if (inactive > all_stored) damaged("unknown flags of a node");
+    const bool has_one =
+        inactive == one_value || inactive == mask_and_one_value || inactive == mask_and_two_values;
+    if (has_one) m_file.skip(m_value_bytes, "an inactive value");
+    if (inactive == mask_and_two_values) m_file.skip(m_value_bytes, "an inactive value");
+    if (inactive >= mask_of_signs && inactive < all_stored)
+      m_file.skip(mask_bytes, "a mask of inactive values");
+    const bool only_active = (m_grid.compression & kActiveMask) != 0 && inactive != all_stored;
+    skip_block(only_active ? active : count);
+  }
+
+  void skip_block(uint32_t count) {
+    const uint64_t unpacked = uint64_t(count) * m_stored_bytes;
+    if (m_is_half && count == 0) return;  // as OpenVDB writes it
+    if ((m_grid.compression & (kZip | kBlosc)) == 0) {
+      m_file.skip(unpacked, "voxels");
+      return;
+    }
+    const auto packed = m_file.get<int64_t>("the size of a block");
+    if (packed <= 0) {
+      if (packed != -int64_t(unpacked)) damaged("an unpacked block does not have the size of its node");
+      m_file.skip(unpacked, "voxels");
+      return;
+    }
+    const uint64_t begin = m_file.position();
+    if ((m_grid.compression & kBlosc) != 0) check_blosc_header(uint64_t(packed), unpacked);
+    m_file.skip(uint64_t(packed) - (m_file.position() - begin), "packed voxels");
+  }
+
+  /// Blosc is handed no length of its input: it believes the header.
+  void check_blosc_header(uint64_t packed, uint64_t unpacked) {
+    if (packed < 16) damaged("a blosc block shorter than its own header");
+    m_file.skip(4, "a blosc header");
+    const auto header_unpacked = m_file.get<uint32_t>("a blosc header");
+    m_file.skip(4, "a blosc header");
+    const auto header_packed = m_file.get<uint32_t>("a blosc header");
+    if (header_unpacked != unpacked || header_packed != packed)
+      damaged("the sizes of a blosc block disagree");
+  }
+
+  void add_active_tile(const Vec3i& origin, int size) {
+    ++m_structure.active_tiles;
+    m_structure.active_voxels += uint64_t(size) * uint64_t(size) * uint64_t(size);
+    m_structure.active_bounds.extendBy(origin);
+    m_structure.active_bounds.extendBy(origin + Vec3i(size - 1));
+  }
+
+  FileCursor& m_file;
+  const VdbGridEntry& m_grid;
+  uint32_t m_value_bytes;   ///< in memory, and wherever a value stands alone
+  bool m_is_half;           ///< blocks hold 16-bit floats
+  uint32_t m_stored_bytes;  ///< of one value in a block
+  std::vector<Leaf> m_leaves;
+  GridStructure m_structure;
+};
+
+}  // namespace
+
+std::optional<GridStructure> check_grid_structure(const std::filesystem::path& path,
+                                                  const VdbGridEntry& grid) {
+  static const std::map<std::string, ValueSize> kSizes{
+      {"float", {4, 2}}, {"double", {8, 2}}, {"int32", {4, 0}},  {"int64", {8, 0}},
+      {"bool", {1, 0}},  {"vec3s", {12, 6}}, {"vec3d", {24, 6}}, {"vec3i", {12, 0}}};
+  const auto size = kSizes.find(grid.value_type);
+  if (size == kSizes.end() || !grid.shares_tree_with.empty()) return std::nullopt;
+  FileCursor file(path);
+  return StructureWalk(file, grid, size->second).run();
+}
+
+}  // namespace pileus
