@@ -15,6 +15,8 @@
 ///   tolerance = 0.002
 #include <algorithm>
 #include <cmath>
+#include <limits>
+#include <memory>
 #include <queue>
 #include <vector>
 
@@ -48,13 +50,14 @@ struct Panel {
 };
 
 /// Traces one tile's rays; keeps its memory between them.
-class ExactTracer {
+class ExactTile {
  public:
-  ExactTracer(const World& world, const EffectPlan& plan, double tolerance)
+  ExactTile(const World& world, const EffectPlan& plan, double tolerance)
       : m_world(world), m_plan(plan), m_tolerance(tolerance) {}
 
   RayResult trace(const Ray& ray) {
     RayResult result;
+    result.error = 0.0;
     const uint64_t samples_before = counters.samples();
     const Segment view{0.0, std::numeric_limits<double>::infinity()};
     const std::optional<WorldHit> hit = m_plan.surfaces ? nearest_surface(m_world, ray, view) : std::nullopt;
@@ -349,28 +352,30 @@ class ExactTracer {
   std::vector<double> m_share;  ///< sigma_t of each medium at the present point
 };
 
+class ExactTracer final : public Tracer {
+ public:
+  ExactTracer(const World& world, const EffectPlan& plan, double tolerance)
+      : m_world(world), m_plan(plan), m_tolerance(tolerance) {}
+
+  void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
+    ExactTile tile(m_world, m_plan, m_tolerance);
+    for (size_t i = 0; i < rays.size(); ++i) results[i] = tile.trace(rays[i]);
+    tile.counters.add_to(counters);
+  }
+
+ private:
+  const World& m_world;
+  const EffectPlan& m_plan;
+  double m_tolerance;
+};
+
 struct Exact final : Integrator {
   void describe(ParamTable&) override {}
 
-  void prepare(const World& world, const EffectPlan& plan, double tolerance) override {
-    m_world = &world;
-    m_plan = &plan;
-    m_tolerance = tolerance * m_coarseness;
+  std::unique_ptr<const Tracer> prepare(const World& world, const EffectPlan& plan,
+                                        const Accuracy& accuracy) const override {
+    return std::make_unique<ExactTracer>(world, plan, accuracy.tolerance * accuracy.coarseness);
   }
-
-  void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
-    ExactTracer tracer(*m_world, *m_plan, m_tolerance);
-    for (size_t i = 0; i < rays.size(); ++i) results[i] = tracer.trace(rays[i]);
-    tracer.counters.add_to(counters);
-  }
-
-  void coarsen(double factor) override { m_coarseness *= factor; }
-
- private:
-  const World* m_world = nullptr;
-  const EffectPlan* m_plan = nullptr;
-  double m_tolerance = 0.0;
-  double m_coarseness = 1.0;
 };
 
 }  // namespace

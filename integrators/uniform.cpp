@@ -11,6 +11,8 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
+#include <string>
 #include <vector>
 
 #include "integrators/lighting.h"
@@ -68,9 +70,9 @@ class DensityBatch {
 /// Traces one tile's rays; keeps its memory between them. What the plan leaves out is compiled out of the
 /// loop.
 template <bool kScatters, bool kEmits>
-class UniformTracer {
+class UniformTile {
  public:
-  UniformTracer(const World& world, const EffectPlan& plan, const MarchSettings& settings)
+  UniformTile(const World& world, const EffectPlan& plan, const MarchSettings& settings)
       : m_world(world),
         m_plan(plan),
         m_settings(settings),
@@ -195,45 +197,42 @@ double default_step(const World& world) {
   return step;
 }
 
-struct Uniform final : Integrator {
-  void describe(ParamTable& params) override {
-    params.number("step", m_step, "m", "length of a step; 0: half the smallest voxel").at_least(0);
-    params.text("sample", m_sample, "where in its step a sample lies").one_of({"middle", "left"});
-  }
-
-  void prepare(const World& world, const EffectPlan& plan, double tolerance) override {
-    m_world = &world;
-    m_plan = &plan;
-    m_settings.step = (m_step > 0.0 ? m_step : default_step(world)) * m_coarseness;
-    m_settings.offset = m_sample == "middle" ? 0.5 : 0.0;
-    m_settings.stop = tolerance / 8.0;
-  }
+template <bool kScatters, bool kEmits>
+class UniformTracer final : public Tracer {
+ public:
+  UniformTracer(const World& world, const EffectPlan& plan, const MarchSettings& settings)
+      : m_world(world), m_plan(plan), m_settings(settings) {}
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
-    if (m_plan->scattering) {
-      m_plan->emission ? run<true, true>(rays, results, counters) : run<true, false>(rays, results, counters);
-    } else {
-      m_plan->emission ? run<false, true>(rays, results, counters)
-                       : run<false, false>(rays, results, counters);
-    }
+    UniformTile<kScatters, kEmits> tile(m_world, m_plan, m_settings);
+    for (size_t i = 0; i < rays.size(); ++i) results[i] = tile.trace(rays[i]);
+    tile.counters.add_to(counters);
   }
-
-  void coarsen(double factor) override { m_coarseness *= factor; }
 
  private:
-  template <bool kScatters, bool kEmits>
-  void run(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const {
-    UniformTracer<kScatters, kEmits> tracer(*m_world, *m_plan, m_settings);
-    for (size_t i = 0; i < rays.size(); ++i) results[i] = tracer.trace(rays[i]);
-    tracer.counters.add_to(counters);
+  const World& m_world;
+  const EffectPlan& m_plan;
+  MarchSettings m_settings;
+};
+
+struct Uniform final : Integrator {
+  double step = 0.0;
+  std::string sample = "middle";
+
+  void describe(ParamTable& params) override {
+    params.number("step", step, "m", "length of a step; 0: half the smallest voxel").at_least(0);
+    params.text("sample", sample, "where in its step a sample lies").one_of({"middle", "left"});
   }
 
-  double m_step = 0.0;
-  std::string m_sample = "middle";
-  double m_coarseness = 1.0;
-  const World* m_world = nullptr;
-  const EffectPlan* m_plan = nullptr;
-  MarchSettings m_settings{};
+  std::unique_ptr<const Tracer> prepare(const World& world, const EffectPlan& plan,
+                                        const Accuracy& accuracy) const override {
+    const double length = (step > 0.0 ? step : default_step(world)) * accuracy.coarseness;
+    const MarchSettings settings{length, sample == "middle" ? 0.5 : 0.0, accuracy.tolerance / 8.0};
+    if (plan.scattering && plan.emission) return std::make_unique<UniformTracer<true, true>>(world, plan, settings);
+    if (plan.scattering) return std::make_unique<UniformTracer<true, false>>(world, plan, settings);
+    if (plan.emission) return std::make_unique<UniformTracer<false, true>>(world, plan, settings);
+    return std::make_unique<UniformTracer<false, false>>(world, plan, settings);
+  }
 };
 
 }  // namespace

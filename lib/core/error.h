@@ -27,6 +27,7 @@ enum class ErrorKind {
   usage,      ///< the call itself is wrong: an unknown option, plugin or value (exit code 2)
   scene,      ///< the scene or recipe is invalid (exit code 2)
   file,       ///< a file cannot be read or written, or is damaged (exit code 1)
+  failed,     ///< the work cannot be done as asked (exit code 1)
   cancelled,  ///< the user interrupted (exit code 130)
 };
 

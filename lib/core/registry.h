@@ -16,6 +16,8 @@ class ParamTable;
 /// Base of everything a scene can name by `type = "…"`. A plugin is made, described, filled from the scene,
 /// then committed once; after that it is const and safe to use from many threads.
 struct Plugin {
+  std::string plugin_name;  ///< the name under which the registry made it
+
   virtual ~Plugin() = default;
 
   /// Declares the parameters: the only place where their names appear.

@@ -8,6 +8,15 @@
 
 namespace pileus {
 
+/// The trilinear interpolation of a cell's corners at p in [0, 1]^3.
+///   corners[x + 2 * y + 4 * z] with x, y, z in {0, 1}
+template <class T>
+constexpr T trilinear(const std::array<T, 8>& corners, const Imath::Vec3<T>& p) {
+  const T near = lerp(lerp(corners[0], corners[1], p.x), lerp(corners[2], corners[3], p.x), p.y);
+  const T far = lerp(lerp(corners[4], corners[5], p.x), lerp(corners[6], corners[7], p.x), p.y);
+  return lerp(near, far, p.z);
+}
+
 /// The density along a straight segment of a trilinear cell: exactly a cubic, here as its four Bernstein
 /// control values b0 .. b3 from entry p to exit q.
 ///

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <limits>
 #include <map>
+#include <memory>
 #include <span>
 #include <string>
 
@@ -29,19 +30,29 @@ struct RayResult {
 /// Work done, by name, for the render report. One per tile, summed at the end.
 using Counters = std::map<std::string, uint64_t>;
 
+/// How accurate a render shall be.
+struct Accuracy {
+  double tolerance = 0.0;   ///< absolute error per channel of linear radiance; 0: as exact as the integrator can
+  double coarseness = 1.0;  ///< >= 1: multiplies whatever knob trades accuracy for time (tolerance, step length)
+};
+
+/// An integrator made ready for one world. Immutable: trace() is called from many threads at once.
+class Tracer {
+ public:
+  virtual ~Tracer() = default;
+
+  /// Fills results[i] for rays[i]: one square tile in Morton order. The result of a ray does not depend on the rays
+  /// beside it.
+  virtual void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const = 0;
+};
+
 /// What happens along a ray. Gets whole tiles, so that packets and scalar loops fit behind the same door.
 struct Integrator : Plugin {
   static constexpr const char* kKind = "integrator";
 
-  /// Called once per render, before any trace(). `world` and `plan` outlive the calls.
-  virtual void prepare(const World& world, const EffectPlan& plan, double tolerance) = 0;
-
-  /// Fills results[i] for rays[i]: one square tile in Morton order. Called from many threads at once; the
-  /// result of a ray does not depend on the rays beside it.
-  virtual void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const = 0;
-
-  /// Makes the next render coarser by `factor` (> 1) in whatever knob trades accuracy for time.
-  virtual void coarsen(double factor) = 0;
+  /// Chooses its kernels by the plan and derives what it needs. `world` and `plan` outlive the tracer.
+  virtual std::unique_ptr<const Tracer> prepare(const World& world, const EffectPlan& plan,
+                                                const Accuracy& accuracy) const = 0;
 };
 
 }  // namespace pileus

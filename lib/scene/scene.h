@@ -26,7 +26,7 @@ struct RenderSettings {
   int pixel_samples = 1;        ///< n: a regular grid of n x n rays per pixel
   int seed = 0;                 ///< recorded; deterministic integrators draw no random numbers
   std::string aovs = "beauty";  ///< comma-separated planes to write
-  std::shared_ptr<Integrator> integrator;
+  std::shared_ptr<const Integrator> integrator;
 
   void describe(ParamTable& params);
 };

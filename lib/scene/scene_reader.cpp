@@ -66,7 +66,7 @@ void apply_override(toml::table& root, const std::string& assignment) {
 
   toml::table* table = &root;
   for (size_t i = 0; i + 1 < keys.size(); ++i) {
-    toml::node& child = *table->insert(keys[i], toml::table{}).first->second.as<toml::node>();
+    toml::node& child = table->insert(keys[i], toml::table{}).first->second;
     if (!child.is_table()) {
       throw Error(ErrorKind::usage, name,
                   fmt::format("\"{}\" is {}, not a table", keys[i], describe_node(child)));

@@ -6,7 +6,7 @@ namespace pileus {
 
 void Shape::describe(ParamTable& params) {
   describe_form(params);
-  params.plugin("shader", shader, "phong", "what light does on the surface");
+  params.plugin<SurfaceShader>("shader", shader, "phong", "what light does on the surface");
 }
 
 }  // namespace pileus

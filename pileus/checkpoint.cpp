@@ -1,0 +1,52 @@
+#include "pileus/checkpoint.h"
+
+#include <algorithm>
+
+#include "lib/core/error.h"
+#include "lib/image/exr_io.h"
+
+namespace pileus {
+namespace {
+
+constexpr const char* kDoneChannel = "done";
+constexpr const char* kFingerprint = "checkpointOf";
+
+}  // namespace
+
+void save_checkpoint(const std::filesystem::path& file, const std::string& fingerprint, const Film& film,
+                     const TileGrid& tiles) {
+  Image image = film.image();
+  image.metadata[kFingerprint] = fingerprint;
+  Channel& done = image.add(kDoneChannel);
+  for (size_t tile = 0; tile < tiles.count(); ++tile) {
+    if (!tiles.is_done(tile)) continue;
+    for (const Vec2i& pixel : tiles.pixels(tile)) {
+      done.values[size_t(pixel.y) * size_t(image.width) + size_t(pixel.x)] = 1.0f;
+    }
+  }
+  write_exr(file, image);
+}
+
+void load_checkpoint(const std::filesystem::path& file, const std::string& fingerprint, Film& film, TileGrid& tiles) {
+  if (!std::filesystem::exists(file)) return;
+  const Image saved = read_exr(file);
+  const auto found = saved.metadata.find(kFingerprint);
+  const auto* belongs_to = found == saved.metadata.end() ? nullptr : std::get_if<std::string>(&found->second);
+  const Channel* done = saved.find(kDoneChannel);
+  Image& image = film.image();
+  const bool fits = belongs_to && *belongs_to == fingerprint && done && saved.width == image.width &&
+                    saved.height == image.height &&
+                    std::all_of(image.channels.begin(), image.channels.end(),
+                                [&](const Channel& channel) { return saved.find(channel.name); });
+  if (!fits) {
+    throw Error(ErrorKind::usage, file.string(),
+                "is a checkpoint of another scene or other settings; remove it to start afresh");
+  }
+  for (Channel& channel : image.channels) channel.values = saved.find(channel.name)->values;
+  for (size_t tile = 0; tile < tiles.count(); ++tile) {
+    const Vec2i corner = tiles.pixels(tile).front();
+    if (done->values[size_t(corner.y) * size_t(image.width) + size_t(corner.x)] == 1.0f) tiles.set_done(tile);
+  }
+}
+
+}  // namespace pileus

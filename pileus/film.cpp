@@ -1,0 +1,67 @@
+#include "pileus/film.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+
+namespace pileus {
+
+Film::Film(int width, int height, int pixel_rays, const EffectPlan& plan) : m_weight(1.0 / pixel_rays) {
+  m_image.width = width;
+  m_image.height = height;
+  m_errors.resize(m_image.pixel_count());
+  const auto wants = [&](const char* aov) { return plan.aovs.count(aov) > 0; };
+  m_red = add_if(wants("beauty"), "R");
+  m_green = add_if(wants("beauty"), "G");
+  m_blue = add_if(wants("beauty"), "B");
+  m_alpha = add_if(wants("beauty"), "A");
+  m_transmittance = add_if(wants("transmittance"), "transmittance");
+  m_z = add_if(wants("Z"), "Z");
+  m_z_half = add_if(wants("Z"), "Z_half");
+  m_samples = add_if(wants("samples"), "samples");
+  m_error = add_if(wants("error_estimate"), "error_estimate");
+}
+
+int Film::add_if(bool wanted, const char* name) {
+  if (!wanted) return -1;
+  m_image.add(name);
+  return int(m_image.channels.size()) - 1;
+}
+
+void Film::set_pixel(int x, int y, std::span<const RayResult> rays) {
+  Rgb radiance(0.0);
+  double transmittance = 0.0, samples = 0.0, error = 0.0;
+  double z = std::numeric_limits<double>::infinity(), z_half = z;
+  for (const RayResult& ray : rays) {
+    radiance += m_weight * ray.radiance;
+    transmittance += m_weight * ray.transmittance;
+    error += m_weight * ray.error;
+    samples += double(ray.samples);
+    z = std::min(z, ray.z_first);
+    z_half = std::min(z_half, ray.z_half);
+  }
+  const size_t pixel = size_t(y) * size_t(m_image.width) + size_t(x);
+  set(m_red, pixel, radiance.x);
+  set(m_green, pixel, radiance.y);
+  set(m_blue, pixel, radiance.z);
+  set(m_alpha, pixel, 1.0 - transmittance);
+  set(m_transmittance, pixel, transmittance);
+  set(m_z, pixel, z);
+  set(m_z_half, pixel, z_half);
+  set(m_samples, pixel, samples);
+  set(m_error, pixel, error);
+  m_errors[pixel] = float(error);
+}
+
+std::optional<double> Film::max_error() const {
+  const float largest = *std::max_element(m_errors.begin(), m_errors.end());
+  return std::isnan(m_errors.front()) ? std::nullopt : std::optional<double>(largest);
+}
+
+std::optional<double> Film::mean_error() const {
+  if (std::isnan(m_errors.front())) return std::nullopt;
+  return std::accumulate(m_errors.begin(), m_errors.end(), 0.0) / double(m_errors.size());
+}
+
+}  // namespace pileus

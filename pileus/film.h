@@ -1,0 +1,42 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "lib/image/image.h"
+#include "lib/scene/effect_plan.h"
+#include "lib/scene/integrator.h"
+
+namespace pileus {
+
+/// Collects ray results into the planes of a picture. Tiles write different pixels, so no lock is needed.
+class Film {
+ public:
+  /// Planes for the plan's AOVs. `pixel_rays` rays are averaged per pixel.
+  Film(int width, int height, int pixel_rays, const EffectPlan& plan);
+
+  /// Sets pixel (x, y) from its rays.
+  void set_pixel(int x, int y, std::span<const RayResult> rays);
+
+  /// Largest and mean of the error estimates; none where the integrator gives none.
+  std::optional<double> max_error() const;
+  std::optional<double> mean_error() const;
+
+  Image& image() { return m_image; }
+  const Image& image() const { return m_image; }
+
+ private:
+  void set(int channel, size_t pixel, double value) {
+    if (channel >= 0) m_image.channels[size_t(channel)].values[pixel] = float(value);
+  }
+  int add_if(bool wanted, const char* name);
+
+  Image m_image;
+  std::vector<float> m_errors;  ///< error estimate per pixel
+  double m_weight;
+  int m_red, m_green, m_blue, m_alpha, m_transmittance, m_z, m_z_half, m_samples, m_error;  ///< channel or -1
+};
+
+}  // namespace pileus

@@ -1,0 +1,75 @@
+#pragma once
+
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "lib/image/image.h"
+#include "lib/image/image_io.h"
+#include "lib/scene/effect_plan.h"
+#include "lib/scene/scene.h"
+
+/// The public interface: load, render, save.
+///
+///   const pileus::Scene scene = pileus::load("scene.toml");
+///   const pileus::Rendering rendering = pileus::render(scene);
+///   pileus::save(rendering, "picture.png");
+///
+/// Every function reports trouble by throwing pileus::Error (lib/core/error.h).
+namespace pileus {
+
+/// Reads a scene (`.toml`), or a bare volume (`.vdb`) as a scene with a camera that frames it, a sun, a fill light, a
+/// sky and an extinction that suits its density. `overrides` are `path.to.key=value` strings.
+Scene load(const std::filesystem::path& input, const std::vector<std::string>& overrides = {});
+
+/// A rectangle of pixels, [x0, x1) x [y0, y1), from the upper left corner.
+struct Crop {
+  int x0, y0, x1, y1;
+};
+
+struct RenderOptions {
+  int threads = 0;                         ///< 0: all cores
+  std::optional<Crop> crop;                ///< the picture then has the size of the crop
+  double time_limit = 0.0;                 ///< [s]; > 0: the most accurate picture that the time allows
+  std::filesystem::path checkpoint;        ///< where an interrupted render leaves its tiles, and a later one finds them
+  std::function<void(double)> progress;    ///< called with the share done, 0 .. 1, from one thread at a time
+  std::function<bool()> is_cancelled;      ///< polled often, from many threads; true ends in Error(cancelled)
+};
+
+/// Figures of a render, as `--report` writes them.
+struct RenderReport {
+  std::string scene, integrator;
+  double tolerance = 0.0;    ///< as asked
+  double coarseness = 1.0;   ///< > 1 where a time limit made the render coarser
+  int threads = 0;
+  std::map<std::string, double> seconds;  ///< wall time by stage ("load", "build", "render", "write"), "wall", "cpu"
+  uint64_t peak_memory_bytes = 0;
+  uint64_t pixels = 0, rays = 0;
+  Counters counters;
+  std::vector<Effect> effects;
+  std::optional<double> max_error_estimate, mean_error_estimate;  ///< where the integrator gives one
+  uint64_t nan_pixels = 0;
+  std::vector<std::string> warnings;
+};
+
+/// A finished picture with its planes, the display transform of its scene, and the figures.
+struct Rendering {
+  Image image;
+  DisplayTransform display;
+  RenderReport report;
+};
+
+/// Renders a scene. Pixels depend on the scene alone: not on threads, tiles, or a resumed checkpoint.
+Rendering render(const Scene& scene, const RenderOptions& options = {});
+
+/// Writes `.exr` (all planes) or `.png` (display picture), atomically.
+void save(const Rendering& rendering, const std::filesystem::path& file, bool half = false);
+
+/// The report as JSON text, and the same written to a file.
+std::string to_json(const RenderReport& report);
+
+}  // namespace pileus

@@ -1,0 +1,257 @@
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <mutex>
+
+#include "lib/core/error.h"
+#include "lib/core/parallel.h"
+#include "lib/core/version.h"
+#include "pileus/checkpoint.h"
+#include "pileus/film.h"
+#include "pileus/pileus.h"
+#include "pileus/tiles.h"
+
+namespace pileus {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+
+double cpu_seconds() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  const auto seconds = [](const timeval& t) { return double(t.tv_sec) + 1e-6 * double(t.tv_usec); };
+  return seconds(usage.ru_utime) + seconds(usage.ru_stime);
+}
+
+uint64_t peak_memory_bytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return uint64_t(usage.ru_maxrss) * 1024;
+}
+
+/// Thrown inside a pass to leave the parallel loop; never reaches a caller.
+struct PassStopped {};
+
+/// One pass over all tiles at one accuracy.
+class Pass {
+ public:
+  Pass(const Scene& scene, const RenderOptions& options, const World& world, const EffectPlan& plan,
+       const Crop& crop, double coarseness)
+      : film(crop.x1 - crop.x0, crop.y1 - crop.y0, scene.render.pixel_samples * scene.render.pixel_samples, plan),
+        tiles(film.image().width, film.image().height),
+        m_scene(scene),
+        m_options(options),
+        m_world(world),
+        m_crop(crop),
+        m_tracer(scene.render.integrator->prepare(world, plan, {scene.render.tolerance, coarseness})) {}
+
+  /// Renders the tiles that are not done yet. Returns false where it was stopped: `tiles` then says what is done.
+  bool run(const std::function<bool()>& must_stop) {
+    try {
+      parallel_for(tiles.count(), [&](size_t index) {
+        if (tiles.is_done(index)) return;
+        render_tile(index, must_stop);
+      });
+    } catch (const PassStopped&) {
+      return false;
+    }
+    return true;
+  }
+
+  Film film;
+  TileGrid tiles;
+  Counters counters;
+
+ private:
+  void render_tile(size_t index, const std::function<bool()>& must_stop) {
+    const std::vector<Vec2i> pixels = tiles.pixels(index);
+    const int n = m_scene.render.pixel_samples;
+    const size_t rays_per_pixel = size_t(n) * size_t(n);
+    std::vector<Ray> rays;
+    std::vector<RayResult> results(rays_per_pixel * pixels.size());
+    for (const Vec2i& pixel : pixels) append_rays(pixel, n, rays);
+
+    // A few rays at a time, so that an interruption is heard within one of them even where rays are costly.
+    Counters tile_counters;
+    constexpr size_t kBatch = 64;
+    for (size_t first = 0; first < rays.size(); first += kBatch) {
+      if (must_stop && must_stop()) throw PassStopped{};
+      const size_t count = std::min(kBatch, rays.size() - first);
+      m_tracer->trace(std::span(rays).subspan(first, count), std::span(results).subspan(first, count), tile_counters);
+    }
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      film.set_pixel(pixels[i].x, pixels[i].y, std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
+    }
+    finish_tile(index, tile_counters);
+  }
+
+  void append_rays(const Vec2i& pixel, int n, std::vector<Ray>& rays) const {
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) {
+        const Vec2d at(m_crop.x0 + pixel.x + (i + 0.5) / n, m_crop.y0 + pixel.y + (j + 0.5) / n);
+        rays.push_back(m_world.camera->ray(at, m_scene.render.size));
+      }
+    }
+  }
+
+  void finish_tile(size_t index, const Counters& tile_counters) {
+    const std::lock_guard lock(m_mutex);
+    for (const auto& [name, count] : tile_counters) counters[name] += count;
+    tiles.set_done(index);
+    if (m_options.progress) m_options.progress(tiles.share_done());
+  }
+
+  const Scene& m_scene;
+  const RenderOptions& m_options;
+  const World& m_world;
+  Crop m_crop;
+  std::unique_ptr<const Tracer> m_tracer;
+  std::mutex m_mutex;
+};
+
+Crop checked_crop(const Scene& scene, const RenderOptions& options) {
+  const Vec2i size = scene.render.size;
+  const Crop crop = options.crop.value_or(Crop{0, 0, size.x, size.y});
+  const bool is_inside = 0 <= crop.x0 && crop.x0 < crop.x1 && crop.x1 <= size.x &&  //
+                         0 <= crop.y0 && crop.y0 < crop.y1 && crop.y1 <= size.y;
+  if (!is_inside) {
+    throw Error(ErrorKind::usage, SourceLoc{},
+                fmt::format("crop {},{},{},{} is empty or not inside the picture of {} x {} pixels", crop.x0, crop.y0,
+                            crop.x1, crop.y1, size.x, size.y));
+  }
+  return crop;
+}
+
+[[noreturn]] void throw_cancelled() { throw Error(ErrorKind::cancelled, SourceLoc{}, "interrupted"); }
+
+/// Renders at full accuracy, from a checkpoint where there is one; leaves one behind where it is interrupted.
+void render_fully(Pass& pass, const RenderOptions& options, const std::string& fingerprint) {
+  const bool has_checkpoint = !options.checkpoint.empty();
+  if (has_checkpoint) load_checkpoint(options.checkpoint, fingerprint, pass.film, pass.tiles);
+  if (!pass.run(options.is_cancelled)) {
+    if (has_checkpoint) save_checkpoint(options.checkpoint, fingerprint, pass.film, pass.tiles);
+    throw_cancelled();
+  }
+  if (has_checkpoint) std::filesystem::remove(options.checkpoint);
+}
+
+/// Renders coarsely first, then finer and finer while the next pass is expected to fit into the time left.
+std::unique_ptr<Pass> render_within(const std::function<std::unique_ptr<Pass>(double)>& make_pass,
+                                    const RenderOptions& options, Clock::time_point start, double& coarseness) {
+  constexpr double kLadder[] = {256.0, 64.0, 16.0, 4.0, 1.0};
+  constexpr double kFirstGrowth = 2.0;  // assumed cost ratio of neighbouring rungs before two are measured
+  std::unique_ptr<Pass> best;
+  double previous = 0.0;
+  for (const double rung : kLadder) {
+    const Clock::time_point pass_start = Clock::now();
+    std::unique_ptr<Pass> pass = make_pass(rung);
+    const bool is_whole = pass->run([&] {
+      return seconds_since(start) > options.time_limit || (options.is_cancelled && options.is_cancelled());
+    });
+    if (options.is_cancelled && options.is_cancelled()) throw_cancelled();
+    if (!is_whole) break;
+    best = std::move(pass);
+    coarseness = rung;
+    const double cost = seconds_since(pass_start);
+    const double growth = previous > 0.0 ? std::max(1.0, cost / previous) : kFirstGrowth;
+    if (seconds_since(start) + growth * cost > options.time_limit) break;
+    previous = cost;
+  }
+  if (!best) {
+    throw Error(ErrorKind::failed, SourceLoc{},
+                fmt::format("{} s are too short even for the coarsest picture; allow more, or make it smaller",
+                            options.time_limit));
+  }
+  return best;
+}
+
+void count_bad_pixels(const Image& image, RenderReport& report) {
+  Vec2i first(-1);
+  const Channel* colours[] = {image.find("R"), image.find("G"), image.find("B")};
+  if (!colours[0]) return;
+  for (size_t i = 0; i < image.pixel_count(); ++i) {
+    if (std::all_of(std::begin(colours), std::end(colours), [&](auto* c) { return std::isfinite(c->values[i]); })) {
+      continue;
+    }
+    if (report.nan_pixels++ == 0) first = Vec2i(int(i) % image.width, int(i) / image.width);
+  }
+  if (report.nan_pixels > 0) {
+    report.warnings.push_back(fmt::format("{} pixels are not finite numbers, the first at ({}, {}) from the upper left",
+                                          report.nan_pixels, first.x, first.y));
+  }
+}
+
+void describe_in_header(const Scene& scene, const Crop& crop, Image& image) {
+  image.metadata["version"] = std::string(kVersion);
+  image.metadata["scene"] = scene.file;
+  image.metadata["sceneHash"] = fmt::format("{:016x}", scene.hash);
+  image.metadata["tolerance"] = scene.render.tolerance;
+  image.metadata["seed"] = scene.render.seed;
+  image.metadata["crop"] = fmt::format("{},{},{},{}", crop.x0, crop.y0, crop.x1, crop.y1);
+  image.metadata["worldToCamera"] = scene.camera->camera_from_world();
+  image.metadata["worldToNDC"] = scene.camera->screen_from_world(scene.render.size);
+}
+
+}  // namespace
+
+Rendering render(const Scene& scene, const RenderOptions& options) {
+  const Clock::time_point start = Clock::now();
+  const double cpu_start = cpu_seconds();
+  const Crop crop = checked_crop(scene, options);
+  const EffectPlan plan = plan_effects(scene);
+  Rendering rendering;
+  rendering.display = scene.display;
+  RenderReport& report = rendering.report;
+
+  with_threads(options.threads, [&] {
+    report.threads = thread_count();
+    const World world = build_world(scene);
+    report.seconds["build"] = seconds_since(start);
+
+    const Clock::time_point render_start = Clock::now();
+    const auto make_pass = [&](double coarseness) {
+      return std::make_unique<Pass>(scene, options, world, plan, crop, coarseness);
+    };
+    std::unique_ptr<Pass> pass;
+    if (options.time_limit > 0.0) {
+      pass = render_within(make_pass, options, start, report.coarseness);
+    } else {
+      pass = make_pass(1.0);
+      const std::string fingerprint =
+          fmt::format("{} {:016x} {},{},{},{}", kVersion, scene.hash, crop.x0, crop.y0, crop.x1, crop.y1);
+      render_fully(*pass, options, fingerprint);
+    }
+    rendering.image = std::move(pass->film.image());
+    report.counters = std::move(pass->counters);
+    report.max_error_estimate = pass->film.max_error();
+    report.mean_error_estimate = pass->film.mean_error();
+    report.seconds["render"] = seconds_since(render_start);
+  });
+
+  describe_in_header(scene, crop, rendering.image);
+  report.scene = scene.file;
+  report.integrator = scene.render.integrator->plugin_name;
+  report.tolerance = scene.render.tolerance;
+  report.pixels = rendering.image.pixel_count();
+  report.rays = report.pixels * uint64_t(scene.render.pixel_samples) * uint64_t(scene.render.pixel_samples);
+  report.effects = plan.effects;
+  report.seconds["wall"] = seconds_since(start);
+  report.seconds["cpu"] = cpu_seconds() - cpu_start;
+  report.peak_memory_bytes = peak_memory_bytes();
+  count_bad_pixels(rendering.image, report);
+  return rendering;
+}
+
+void save(const Rendering& rendering, const std::filesystem::path& file, bool half) {
+  WriteImageOptions options;
+  options.exr.half_colours = half;
+  options.display = rendering.display;
+  write_image(file, rendering.image, options);
+}
+
+}  // namespace pileus

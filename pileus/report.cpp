@@ -1,0 +1,48 @@
+#include <nlohmann/json.hpp>
+
+#include "lib/core/version.h"
+#include "pileus/pileus.h"
+
+namespace pileus {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+
+Json effects_to_json(const RenderReport& report) {
+  Json effects = Json::object();
+  for (const Effect& effect : report.effects) {
+    const auto counted = report.counters.find(effect.counter);
+    effects[effect.name] = {{"on", effect.on},
+                            {"reason", effect.reason},
+                            {"count", counted == report.counters.end() ? Json(nullptr) : Json(counted->second)}};
+  }
+  return effects;
+}
+
+}  // namespace
+
+std::string to_json(const RenderReport& report) {
+  Json json;
+  json["version"] = kVersion;
+  json["scene"] = report.scene;
+  json["integrator"] = report.integrator;
+  json["tolerance"] = report.tolerance;
+  json["coarseness"] = report.coarseness;
+  json["threads"] = report.threads;
+  json["seconds"] = report.seconds;
+  json["peak_memory_bytes"] = report.peak_memory_bytes;
+  json["pixels"] = report.pixels;
+  json["rays"] = report.rays;
+  json["counters"] = report.counters;
+  json["effects"] = effects_to_json(report);
+  // A bound is a promise that a test holds an integrator to. None of the present integrators gives one.
+  json["error_bound"] = {{"max", nullptr}, {"mean", nullptr}};
+  json["error_estimate"] = {{"max", or_null(report.max_error_estimate)}, {"mean", or_null(report.mean_error_estimate)}};
+  json["nan_pixels"] = report.nan_pixels;
+  json["warnings"] = report.warnings;
+  return json.dump(2) + "\n";
+}
+
+}  // namespace pileus
