@@ -9,13 +9,14 @@
 
 namespace pileus {
 
-/// Composites what a ray meets, near to far: sum_n L_n T_n, with T_n the transmittance of all that lies
-/// before.
+/// Composites what a ray meets, near to far: sum_n L_n T_n, with T_n the transmittance before n.
 ///
 /// The state is the optical depth passed so far, not the transmittance: a running product of n factors drifts
 /// by n roundings, a compensated sum does not (METHODS 1.4). What remains behind an early stop still counts:
 /// over() adds the background through it, so that a stop at the transmittance zeta costs at most zeta times
-/// the spread of the sources left out, background included. ref:     METHODS 1.3, 1.4; porter1984 (over)
+/// the spread of the sources left out, background included.
+///
+/// ref:     METHODS 1.3, 1.4; porter1984 (over)
 /// units:   radiance [W/(m2 sr)], finite; optical depth [1], >= 0, +inf for an opaque surface
 template <std::floating_point T>
 class Compositor {

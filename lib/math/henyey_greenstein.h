@@ -35,7 +35,8 @@ struct ScatteringAngle {
 };
 
 /// Inverts the cumulative distribution of cos: xi = 0 is straight back, xi -> 1 straight on. 1 -+ cos to 6
-/// ulp, for g in (-1, 1) and xi in [0, 1). ref: METHODS 3.3
+/// ulp, for g in (-1, 1) and xi in [0, 1).
+/// ref: METHODS 3.3
 template <std::floating_point T>
 ScatteringAngle<T> sample_henyey_greenstein(T g, T xi) {
   constexpr T kInv4Pi = std::numbers::inv_pi_v<T> / 4;

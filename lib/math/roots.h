@@ -55,8 +55,9 @@ Roots<T> ascending(T a, T b) {
 /// (the sign of c says on which side the whole line lies). A root beyond the largest number is infinite.
 ///
 /// The discriminant is formed from exact products of the mantissas, so that neither the rounding of a c nor
-/// an overflow of b^2 reaches the roots; exponents are put back at the end. ref: METHODS 5.8; Kahan 2004, On
-/// the cost of floating-point computation without extra-precise arithmetic
+/// an overflow of b^2 reaches the roots; exponents are put back at the end.
+///
+/// ref: METHODS 5.8; Kahan 2004, On the cost of floating-point computation without extra-precise arithmetic
 template <std::floating_point T>
 Roots<T> quadratic_roots(T a, T b, T c) {
   if (!std::isfinite(a) || !std::isfinite(b) || !std::isfinite(c)) return {};
@@ -85,11 +86,10 @@ Roots<T> quadratic_roots(T a, T b, T c) {
 
 /// Both parameters t at which o + t d meets a sphere, in units of f: for |d| = 1 distances, < 0 behind o.
 /// To 4 ulp of the larger of |t|, both for small far spheres and for planets under the eye.
-/// ref:    METHODS 5.8; far regime: Haines, Guenther, Akenine-Moeller 2019, Precision improvements for
-/// ray/sphere
-///         intersection
-/// params: f = o - centre, subtracted in double where either is large; |d| = 1; radius >= 0
-/// returns none where the line misses, or where a value is not finite or its square overflows
+///
+/// ref:      METHODS 5.8; far regime: Haines, Guenther, Akenine-Moeller 2019
+/// params:   f = o - centre, subtracted in double where either is large; |d| = 1; radius >= 0
+/// returns:  none where the line misses, or where a value is not finite or its square overflows
 template <std::floating_point T>
 Roots<T> sphere_hits(const Imath::Vec3<T>& f, const Imath::Vec3<T>& d, T radius) {
   const T b = -(f.dot(d));             // parameter of the point nearest to the centre

@@ -13,8 +13,8 @@ struct TwoProduct {
 };
 
 /// Dekker's product. It needs no fused multiply-add, which the baseline of x86-64 lacks, and gives the same
-/// bits as one. Exact unless a partial product over- or underflows: keep factors near 1. ref: Dekker 1971, A
-/// floating-point technique for extending the available precision
+/// bits as one. Exact unless a partial product over- or underflows: keep factors near 1.
+/// ref: Dekker 1971, A floating-point technique for extending the available precision
 template <std::floating_point T>
 constexpr TwoProduct<T> two_product(T a, T b) {
   // Splits a number into two halves whose products are exact.

@@ -1,0 +1,55 @@
+/// An infinite plane, such as a ground.
+///
+///   point    any point of it                  [m]   default [0, 0, 0]
+///   normal   of any length but 0              [1]   default [0, 1, 0]
+///   shader   what light does on the surface; default phong
+///
+///   [object.ground]
+///   type = "plane"
+///   point = [0, -1, 0]
+///   shader = { type = "phong", diffuse = [0.3, 0.3, 0.25] }
+///
+/// Has no thickness, and both sides are seen.
+#include "lib/core/param_table.h"
+#include "lib/math/offset_point.h"
+#include "lib/math/unit_vector.h"
+#include "lib/scene/shape.h"
+
+namespace pileus {
+namespace {
+
+struct Plane final : Shape {
+  Vec3d m_point{0.0, 0.0, 0.0};
+  Vec3d m_normal{0.0, 1.0, 0.0};
+  Vec3d m_n;
+
+  void describe_form(ParamTable& params) override {
+    params.vector("point", m_point, "m", "any point of the plane");
+    params.vector("normal", m_normal, "", "of the plane; any length but 0");
+  }
+  void commit(std::vector<std::string>& problems) override {
+    if (const auto n = unit_vector(m_normal)) {
+      m_n = *n;
+    } else {
+      problems.push_back("normal is zero or not finite; expected a direction");
+    }
+  }
+  std::optional<SurfaceHit> intersect(const Ray& ray, Segment segment) const override {
+    const Vec3d to_point = m_point - ray.o;
+    const double speed = dot(m_n, ray.d);
+    const double t = dot(m_n, to_point) / speed;  // parallel: infinite or no number, in no segment
+    if (!(t > segment.t0 && t < segment.t1)) return std::nullopt;
+    return SurfaceHit{t, speed > 0.0 ? -m_n : m_n, surface_error(length(ray.o) + length(to_point) + t)};
+  }
+  Box3d bounds() const override {
+    Box3d everything;
+    everything.makeInfinite();
+    return everything;
+  }
+};
+
+}  // namespace
+
+PILEUS_PLUGIN(Shape, plane, Plane, "an infinite plane")
+
+}  // namespace pileus
