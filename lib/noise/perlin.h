@@ -9,7 +9,7 @@ namespace pileus {
 
 /// Least upper bound of |noise| over every assignment of gradients to a cell's corners, rounded up (it is
 /// 1.03635…, reached off the cell's centre). The often quoted 1 is too small.
-inline constexpr double kPerlinBound = 1.04;
+inline constexpr double kPerlinBound = 1.037;
 
 /// Improved gradient noise: a smooth pseudo-random function of space with features about 1 unit across, C2,
 /// mean 0, |value| <= kPerlinBound, 0 at every point of the integer lattice, with period 256 along each axis.
