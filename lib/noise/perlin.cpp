@@ -70,8 +70,9 @@ Real fade(Real t) {
   return t * t * t * (t * (t * 6 - 15) + 10);
 }
 
+/// perlin2002's own order of operations, so that values agree with the reference to the last bit.
 template <class Real>
-Real lerp(Real t, Real a, Real b) {
+Real perlin_lerp(Real t, Real a, Real b) {
   return a + t * (b - a);
 }
 
@@ -87,10 +88,12 @@ Real perlin(const std::array<uint8_t, kPeriod>& permutation, const Imath::Vec3<R
     return Real(g[0]) * (x.place - Real(i)) + Real(g[1]) * (y.place - Real(j)) +
            Real(g[2]) * (z.place - Real(k));
   };
-  const auto edge = [&](Real u, int j, int k) { return lerp(u, corner(0, j, k), corner(1, j, k)); };
+  const auto edge = [&](Real u, int j, int k) { return perlin_lerp(u, corner(0, j, k), corner(1, j, k)); };
 
   const Real u = fade(x.place), v = fade(y.place), w = fade(z.place);
-  return lerp(w, lerp(v, edge(u, 0, 0), edge(u, 1, 0)), lerp(v, edge(u, 0, 1), edge(u, 1, 1)));
+  const Real below = perlin_lerp(v, edge(u, 0, 0), edge(u, 1, 0));
+  const Real above = perlin_lerp(v, edge(u, 0, 1), edge(u, 1, 1));
+  return perlin_lerp(w, below, above);
 }
 
 }  // namespace

@@ -1,0 +1,153 @@
+#include "vdb_io/build_cloud.h"
+
+#include <cmath>
+#include <limits>
+#include <random>
+#include <string>
+#include <vector>
+
+#include <gtest/gtest.h>
+
+#include "lib/core/error.h"
+#include "lib/core/parallel.h"
+
+namespace pileus {
+namespace {
+
+ProceduralCloud small_cloud(const Vec3d& center = {0.3, 1.6, -0.1}) {
+  FreeForm form;
+  form.base = ellipsoid(center, {3, 1.6, 2.2});
+  return {CloudRecipe{}, form};
+}
+
+CloudGridOptions voxels_of(double voxel_size) {
+  CloudGridOptions options;
+  options.voxel_size = voxel_size;
+  return options;
+}
+
+/// Message of the Error that building throws, "" where it succeeds.
+std::string refusal(const ProceduralCloud& cloud, const CloudGridOptions& options) {
+  try {
+    build_cloud(cloud, options);
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::usage);
+    return error.what();
+  }
+  return "";
+}
+
+TEST(BuildCloud, holds_the_recipe_at_every_voxel) {
+  const ProceduralCloud cloud = small_cloud();
+  const double voxel_size = 0.1;
+  const auto grid = build_cloud(cloud, voxels_of(voxel_size));
+  const auto accessor = grid->getConstAccessor();
+  int inside = 0;
+  for (int x = -31; x <= 35; ++x) {
+    for (int y = -1; y <= 33; ++y) {
+      for (int z = -25; z <= 23; ++z) {
+        const float expected = float(cloud.density(voxel_size * Vec3d(x, y, z)));
+        const openvdb::Coord voxel(x, y, z);
+        ASSERT_EQ(accessor.getValue(voxel), expected);
+        ASSERT_EQ(accessor.isValueOn(voxel), expected > 0);
+        inside += expected > 0;
+      }
+    }
+  }
+  EXPECT_GT(inside, 5000);
+  EXPECT_EQ(grid->activeVoxelCount(), openvdb::Index64(inside)) << "nothing lies beyond the bounds";
+}
+
+TEST(BuildCloud, is_a_fog_volume_that_other_programs_understand) {
+  const auto grid = build_cloud(small_cloud(), voxels_of(0.1));
+  EXPECT_EQ(grid->getName(), "density");
+  EXPECT_EQ(grid->getGridClass(), openvdb::GRID_FOG_VOLUME);
+  EXPECT_EQ(grid->background(), 0.0f);
+  EXPECT_EQ(grid->getCreator().substr(0, 7), "pileus ");
+  EXPECT_EQ(grid->indexToWorld(openvdb::Coord(3, -2, 7)), openvdb::Vec3d(0.1 * 3, 0.1 * -2, 0.1 * 7));
+}
+
+TEST(BuildCloud, is_sparse) {
+  CloudRecipe recipe;
+  recipe.erosion = 0;  // a smooth solid: its core saturates
+  FreeForm form;
+  form.base = ellipsoid({0, 0, 0}, {2, 2, 2});
+  const auto grid = build_cloud({recipe, form}, voxels_of(0.04));
+  EXPECT_GT(grid->tree().activeTileCount(), 0u);
+  EXPECT_LT(grid->tree().leafCount(), 13u * 13u * 13u);
+}
+
+TEST(BuildCloud, does_not_depend_on_the_number_of_threads) {
+  const ProceduralCloud cloud = small_cloud();
+  std::vector<openvdb::FloatGrid::Ptr> grids;
+  for (const int threads : {1, 2, 7}) {
+    with_threads(threads, [&] { grids.push_back(build_cloud(cloud, voxels_of(0.06))); });
+  }
+  for (const auto& grid : grids) {
+    ASSERT_TRUE(grid->tree().hasSameTopology(grids.front()->tree()));
+    auto expected = grids.front()->cbeginValueAll();
+    for (auto it = grid->cbeginValueAll(); it; ++it, ++expected)
+      ASSERT_EQ(it.getValue(), expected.getValue());
+  }
+}
+
+TEST(BuildCloud, refuses_a_grid_over_the_budget_and_names_a_voxel_size_that_fits) {
+  EXPECT_EQ(refusal(small_cloud(), voxels_of(1e-9)),
+            "error: voxel_size = 1e-09 m makes a grid of 8.45e+28 voxels; expected at most 536870912 "
+            "(max_voxels); nearest voxel_size that fits: 0.0054 m");
+  CloudGridOptions options = voxels_of(0.01);
+  options.max_voxels = 1000;
+  EXPECT_NE(refusal(small_cloud(), options).find("nearest voxel_size that fits: 0.47 m"), std::string::npos)
+      << refusal(small_cloud(), options);
+  options.voxel_size = 0.47;
+  EXPECT_EQ(refusal(small_cloud(), options), "");
+}
+
+TEST(BuildCloud, refuses_voxel_sizes_that_are_none) {
+  for (const double voxel_size : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+    EXPECT_NE(refusal(small_cloud(), voxels_of(voxel_size)).find("expected a finite length > 0"),
+              std::string::npos);
+  }
+  EXPECT_NE(refusal(small_cloud(), voxels_of(5e-324)), "");
+}
+
+TEST(BuildCloud, refuses_voxels_so_large_that_none_is_inside) {
+  EXPECT_NE(refusal(small_cloud({50, 50, 50}), voxels_of(80)).find("no voxel of size 80 m lies in"),
+            std::string::npos);
+}
+
+TEST(BuildCloud, refuses_what_is_too_far_out_or_has_no_size) {
+  EXPECT_NE(refusal(small_cloud({1e9, 0, 0}), voxels_of(0.1)).find("too far out"), std::string::npos);
+  EXPECT_NE(refusal(small_cloud({1e300, 0, 0}), voxels_of(0.1)), "");
+  FreeForm endless;
+  endless.base = ellipsoid({0, 0, 0}, {1e308, 1e308, 1e308});
+  EXPECT_NE(refusal({CloudRecipe{}, endless}, voxels_of(0.1)).find("expected finite lengths"),
+            std::string::npos);
+}
+
+TEST(BuildCloud, reports_progress_that_rises_to_one) {
+  CloudGridOptions options = voxels_of(0.1);
+  std::vector<double> shares;
+  options.progress = [&](double share) {
+    shares.push_back(share);
+    return true;
+  };
+  build_cloud(small_cloud(), options);
+  ASSERT_GT(shares.size(), 10u);
+  for (size_t i = 1; i < shares.size(); ++i) EXPECT_LT(shares[i - 1], shares[i]);
+  EXPECT_EQ(shares.back(), 1.0);
+}
+
+TEST(BuildCloud, can_be_cancelled) {
+  CloudGridOptions options = voxels_of(0.1);
+  options.progress = [](double share) { return share < 0.3; };
+  try {
+    build_cloud(small_cloud(), options);
+    FAIL() << "not cancelled";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::cancelled);
+  }
+}
+
+}  // namespace
+}  // namespace pileus
