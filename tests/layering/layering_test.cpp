@@ -1,6 +1,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <regex>
 #include <set>
 #include <string>
 #include <vector>
@@ -70,6 +71,31 @@ TEST(Layering, private_headers_exist) {
   for (const std::string& header : private_headers()) {
     EXPECT_TRUE(fs::is_regular_file(kRoot / header)) << header;
   }
+}
+
+/// Keys that `ref:` comments cite, such as max1995.
+std::set<std::string> cited_keys(const std::string& text) {
+  static const std::regex line("\\bref:([^\n]*)"), key("\\b[a-z]+(19|20)[0-9]{2}\\b");
+  std::set<std::string> keys;
+  for (std::sregex_iterator it(text.begin(), text.end(), line), end; it != end; ++it) {
+    const std::string cited = (*it)[1];
+    for (std::sregex_iterator k(cited.begin(), cited.end(), key); k != end; ++k) keys.insert(k->str());
+  }
+  return keys;
+}
+
+TEST(References, what_comments_cite_is_listed) {
+  const std::string list = read_text(kRoot / "docs/references.bib");
+  for (const SourceFile& file : project_files()) {
+    for (const std::string& key : cited_keys(file.text)) {
+      EXPECT_NE(list.find("{" + key + ","), std::string::npos) << file.path << " cites " << key;
+    }
+  }
+}
+
+TEST(References, keys_are_found_in_comments) {
+  EXPECT_EQ(cited_keys("/// ref:     max1995 sec. 2, porter1984\nx1990"),
+            (std::set<std::string>{"max1995", "porter1984"}));
 }
 
 /// The complaints about a made-up file, one per line.
