@@ -34,7 +34,9 @@ struct Shape : Plugin {
 
   /// Appends every t at which the ray may cross the edge of the shadow that this shape casts from the light:
   /// the in-scattered light jumps there, and a quadrature that knows where need not search.
-  virtual void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const = 0;
+  virtual void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const {
+    (void)ray, (void)light, (void)t;
+  }
 
   /// World-space box [m]; may be infinite.
   virtual Box3d bounds() const = 0;
