@@ -71,14 +71,7 @@ ValueCounts count_values(const openvdb::FloatGrid& grid) {
 }
 
 Affine world_from_index(const std::filesystem::path& path, const openvdb::GridBase& grid) {
-  if (!grid.transform().isLinear()) {
-    throw Error(
-        ErrorKind::file, path.string(),
-        fmt::format(
-            "grid \"{}\" has a frustum transform (voxels that widen with distance); expected an affine "
-            "one; resample it to a box where it was made",
-            grid.getName()));
-  }
+  PILEUS_CHECK(grid.transform().isLinear());
   const openvdb::Mat4R matrix = grid.transform().baseMap()->getAffineMap()->getMat4();
   Imath::M44d row_vector_matrix;
   bool is_finite = true;

@@ -159,18 +159,38 @@ std::string value_type_of(const std::string& tree_type) {
   return type.starts_with("ptdataidx") ? "points" : type;
 }
 
+/// A text that messages and tables will show: control characters in it would reach the terminal.
+std::string get_printable(FileCursor& file, const char* what) {
+  std::string text = file.get_string(what);
+  const auto is_bad = [](char c) {
+    return std::iscntrl(static_cast<unsigned char>(c)) && c != kNameSeparator;
+  };
+  if (std::any_of(text.begin(), text.end(), is_bad)) {
+    file.fail(fmt::format("is damaged: {} holds control characters", what));
+  }
+  return text;
+}
+
+std::string grid_class_of(const VdbMetadata& metadata) {
+  const auto found = metadata.find("class");
+  const bool is_known =
+      found != metadata.end() &&
+      (found->second == "fog volume" || found->second == "level set" || found->second == "staggered");
+  return is_known ? found->second : "unknown";
+}
+
 VdbGridEntry read_entry(FileCursor& file) {
   VdbGridEntry grid;
-  const std::string unique_name = file.get_string("a grid's name");
+  const std::string unique_name = get_printable(file, "a grid's name");
   grid.name = readable_name(unique_name);
   grid.base_name = unique_name.substr(0, unique_name.find(kNameSeparator));
-  grid.tree_type = file.get_string("a grid's type");
+  grid.tree_type = get_printable(file, "a grid's type");
   if (grid.tree_type.ends_with(kHalfSuffix)) {
     grid.saved_as_half = true;
     grid.tree_type.resize(grid.tree_type.size() - kHalfSuffix.size());
   }
   grid.value_type = value_type_of(grid.tree_type);
-  grid.shares_tree_with = readable_name(file.get_string("a grid's parent"));
+  grid.shares_tree_with = readable_name(get_printable(file, "a grid's parent"));
 
   const auto begin = file.get<uint64_t>("a grid's offset");
   grid.blocks_begin = file.get<uint64_t>("a grid's offset");
@@ -187,10 +207,8 @@ VdbGridEntry read_entry(FileCursor& file) {
   grid.compression = file.get<uint32_t>("a grid's compression");
   if (grid.compression > 7) file.fail(fmt::format("is damaged: compression {:#x}", grid.compression));
   grid.metadata = read_metadata(file);
-  const auto grid_class = grid.metadata.find("class");
-  grid.grid_class = grid_class == grid.metadata.end() ? "unknown" : grid_class->second;
-  grid.map_type = file.get_string("a grid's transform");
-  file.enter(file.position(), file.size());
+  grid.grid_class = grid_class_of(grid.metadata);
+  grid.map_type = get_printable(file, "a grid's transform");
   return grid;
 }
 
@@ -209,6 +227,10 @@ uint64_t map_bytes(const std::string& map_type) {
 }
 
 }  // namespace
+
+bool VdbGridEntry::has_affine_map() const {
+  return map_bytes(map_type) > 0;
+}
 
 bool VdbGridEntry::is_scalar() const {
   static const std::set<std::string> kScalars{"float", "double", "int32", "int64", "bool"};

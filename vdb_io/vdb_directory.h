@@ -25,7 +25,8 @@ struct VdbGridEntry {
   VdbMetadata metadata;
   uint64_t topology_begin = 0, blocks_begin = 0, end = 0;  ///< byte offsets in the file
 
-  bool is_scalar() const;  ///< a number or truth value per voxel, which pileus can read as a density
+  bool has_affine_map() const;  ///< false for frustums, and for transforms OpenVDB does not know
+  bool is_scalar() const;       ///< a number or truth value per voxel, which pileus can read as a density
 };
 
 /// What a `.vdb` file says about itself before its voxels.

@@ -87,14 +87,28 @@ const VdbGridEntry& voxel_owner(const std::filesystem::path& path, const VdbDire
                          entry.name, entry.shares_tree_with));
 }
 
-openvdb::GridBase::Ptr read_with_openvdb(const std::filesystem::path& path, const VdbGridEntry& entry) {
+/// Turns away what check_grid_structure does not cover, or cannot be placed.
+void require_affine(const std::filesystem::path& path, const VdbGridEntry& grid) {
+  if (grid.has_affine_map()) return;
+  fail(path,
+       fmt::format(
+           "grid \"{}\" has the transform {} ({}); expected an affine one; resample it to a box where it "
+           "was made",
+           grid.name, grid.map_type,
+           grid.map_type == "NonlinearFrustumMap" ? "a frustum: voxels widen with distance" : "unknown"));
+}
+
+/// Opens the file with OpenVDB and turns whatever it throws into an Error.
+template <class Read>
+openvdb::GridBase::Ptr read_with_openvdb(const std::filesystem::path& path, const VdbGridEntry& entry,
+                                         const Read& read) {
   initialize_openvdb();
   try {
     // No delayed loading: all voxels are wanted at once, and a mapped file that shrinks would kill the
     // process.
     openvdb::io::File file(path.string());
     file.open(/*delayLoad=*/false);
-    return file.readGrid(entry.name);
+    return read(file);
   } catch (const std::bad_alloc&) {
     fail(path, fmt::format("grid \"{}\" does not fit into memory", entry.name));
   } catch (const std::exception& problem) {
@@ -189,11 +203,17 @@ const VdbGridEntry& choose_grid(const std::filesystem::path& path, const VdbDire
 openvdb::FloatGrid::Ptr read_scalar_grid(const std::filesystem::path& path, const VdbDirectory& directory,
                                          const VdbGridEntry& entry) {
   require_scalar(path, entry);
+  require_affine(path, entry);
   check_grid_structure(path, voxel_owner(path, directory, entry));
-  auto grid = as_float(read_with_openvdb(path, entry));
+  auto grid = as_float(read_with_openvdb(path, entry, [&](auto& file) { return file.readGrid(entry.name); }));
   if (!grid)
     fail(path, fmt::format("grid \"{}\" is not of the type {} it claims", entry.name, entry.value_type));
   return grid;
+}
+
+openvdb::GridBase::Ptr read_grid_without_voxels(const std::filesystem::path& path,
+                                                const VdbGridEntry& entry) {
+  return read_with_openvdb(path, entry, [&](auto& file) { return file.readGridMetadata(entry.name); });
 }
 
 DensityGrid read_density_grid(const std::filesystem::path& path, const VdbReadOptions& options) {

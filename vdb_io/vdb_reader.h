@@ -57,7 +57,11 @@ openvdb::FloatGrid::Ptr read_scalar_grid(const std::filesystem::path& path, cons
 
 ValueCounts count_values(const openvdb::FloatGrid& grid);
 
-/// The grid's transform in double. Throws Error(file) where it is a frustum, singular or not finite.
+/// A grid without its voxels: transform and metadata of whatever type.
+openvdb::GridBase::Ptr read_grid_without_voxels(const std::filesystem::path& path, const VdbGridEntry& entry);
+
+/// The transform of a grid that has an affine one, in double. Throws Error(file) where it is singular or not
+/// finite.
 Affine world_from_index(const std::filesystem::path& path, const openvdb::GridBase& grid);
 
 }  // namespace pileus

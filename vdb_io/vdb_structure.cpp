@@ -236,7 +236,8 @@ std::optional<GridStructure> check_grid_structure(const std::filesystem::path& p
       {"float", {4, 2}}, {"double", {8, 2}}, {"int32", {4, 0}},  {"int64", {8, 0}},
       {"bool", {1, 0}},  {"vec3s", {12, 6}}, {"vec3d", {24, 6}}, {"vec3i", {12, 0}}};
   const auto size = kSizes.find(grid.value_type);
-  if (size == kSizes.end() || !grid.shares_tree_with.empty()) return std::nullopt;
+  const bool is_walkable = grid.has_affine_map() && grid.shares_tree_with.empty();
+  if (size == kSizes.end() || !is_walkable) return std::nullopt;
   FileCursor file(path);
   return StructureWalk(file, grid, size->second).run();
 }

@@ -23,7 +23,8 @@ struct GridStructure {
 /// unpacked sizes are those of its buffer (OpenVDB 10 reads an unpacked block of any size into a leaf's 512
 /// values). After it, memory for reading the grid is at most some 32 times the size of the file.
 ///   grid: an entry of read_vdb_directory(path) that holds voxels itself (shares_tree_with is "")
-/// returns: nothing for trees whose layout is not known here (points, strings, masks)
+/// returns: nothing for trees whose layout is not known here (points, strings, masks), and behind
+///          frustum transforms
 /// errors: Error(file), one line
 std::optional<GridStructure> check_grid_structure(const std::filesystem::path& path,
                                                   const VdbGridEntry& grid);

@@ -1,0 +1,126 @@
+#include "vdb_io/vdb_writer.h"
+
+#include <array>
+#include <fstream>
+#include <set>
+#include <vector>
+
+#include <openvdb/io/File.h>
+
+#include "lib/core/atomic_file.h"
+#include "lib/core/error.h"
+#include "lib/core/version.h"
+#include "vdb_io/openvdb_library.h"
+#include "vdb_io/vdb_directory.h"
+#include "vdb_io/vdb_reader.h"
+
+namespace pileus {
+namespace {
+
+constexpr double kLargestHalf = 65504.0;
+constexpr std::streamoff kFileIdOffset = 21;  // magic 8, version 4, library version 8, offsets flag 1
+constexpr size_t kFileIdLength = 36;
+
+[[noreturn]] void fail(const std::filesystem::path& path, const std::string& message) {
+  throw Error(ErrorKind::file, path.string(), message);
+}
+
+void check_grid(const std::filesystem::path& path, const openvdb::FloatGrid& grid, bool half) {
+  const std::string name = grid.getName();
+  if (name.empty()) fail(path, "a grid to write has no name; expected one, such as \"density\"");
+  if (grid.background() != 0.0f) {
+    fail(path,
+         fmt::format("grid \"{}\" has the background {}; a fog volume needs 0", name, grid.background()));
+  }
+  const ValueCounts values = count_values(grid);
+  if (values.nan + values.infinite > 0) {
+    fail(path, fmt::format("grid \"{}\" holds {} NaN and {} infinite values; expected finite ones", name,
+                           values.nan, values.infinite));
+  }
+  if (half && (values.max > kLargestHalf || values.min < -kLargestHalf)) {
+    fail(path,
+         fmt::format("grid \"{}\" holds {}, which half floats cannot; expected at most {}; write full floats",
+                     name, values.max, kLargestHalf));
+  }
+}
+
+/// Shares the voxels of `grid`; its metadata is its own.
+openvdb::GridBase::Ptr with_fog_metadata(const openvdb::FloatGrid& grid, bool half) {
+  const auto copy = openvdb::ConstPtrCast<openvdb::GridBase>(grid.copyGrid());
+  copy->setGridClass(openvdb::GRID_FOG_VOLUME);
+  copy->setSaveFloatAsHalf(half);
+  copy->addStatsMetadata();
+  return copy;
+}
+
+/// A UUID (version 8: made by its maker's own rule) of two FNV-1a hashes of the bytes outside the id itself.
+std::string content_id(std::istream& file) {
+  std::array<uint64_t, 2> hashes{0xcbf29ce484222325u, 0x84222325cbf29ce4u};
+  std::array<char, 1 << 16> buffer;
+  std::streamoff position = 0;
+  while (file.read(buffer.data(), buffer.size()), file.gcount() > 0) {
+    for (std::streamoff i = 0; i < file.gcount(); ++i, ++position) {
+      if (position >= kFileIdOffset && position < kFileIdOffset + std::streamoff(kFileIdLength)) continue;
+      for (uint64_t& hash : hashes) hash = (hash ^ uint8_t(buffer[size_t(i)])) * 0x100000001b3u;
+    }
+  }
+  return fmt::format("{:08x}-{:04x}-8{:03x}-8{:03x}-{:012x}", hashes[0] >> 32, (hashes[0] >> 16) & 0xffff,
+                     hashes[0] & 0xfff, (hashes[1] >> 48) & 0xfff, hashes[1] & 0xffffffffffff);
+}
+
+void replace_file_id(const std::filesystem::path& path) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  const std::string id = content_id(file);
+  PILEUS_CHECK(id.size() == kFileIdLength);
+  file.clear();
+  file.seekp(kFileIdOffset);
+  file.write(id.data(), std::streamsize(id.size()));
+  file.close();
+  if (!file) fail(path, "cannot be written; is the disk full?");
+}
+
+/// OpenVDB does not notice a full disk; the finished directory shows it.
+void check_written(const std::filesystem::path& target, const std::filesystem::path& written) {
+  try {
+    const VdbDirectory directory = read_vdb_directory(written);
+    if (directory.grids.empty() || directory.grids.back().end == directory.file_bytes) return;
+  } catch (const Error&) {
+  }
+  fail(target, "cannot be written whole; is the disk full?");
+}
+
+}  // namespace
+
+void write_vdb(const std::filesystem::path& path, std::span<const openvdb::FloatGrid::ConstPtr> grids,
+               const VdbWriteOptions& options) {
+  initialize_openvdb();
+  std::set<std::string> names;
+  openvdb::GridCPtrVec to_write;
+  for (const auto& grid : grids) {
+    check_grid(path, *grid, options.half);
+    if (!names.insert(grid->getName()).second) {
+      fail(path, fmt::format("two grids are called \"{}\"; expected different names", grid->getName()));
+    }
+    to_write.push_back(with_fog_metadata(*grid, options.half));
+  }
+
+  openvdb::MetaMap metadata;
+  metadata.insertMeta("creator",
+                      openvdb::StringMetadata(options.creator.empty() ? fmt::format("pileus {}", kVersion)
+                                                                      : options.creator));
+  AtomicFile output(path);
+  try {
+    openvdb::io::File file(output.path().string());
+    const uint32_t codec =
+        uint32_t(options.codec == VdbCodec::blosc ? openvdb::io::COMPRESS_BLOSC : openvdb::io::COMPRESS_NONE);
+    file.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | codec);
+    file.write(to_write, metadata);
+  } catch (const std::exception& problem) {
+    fail(path, fmt::format("OpenVDB cannot write it: {}", problem.what()));
+  }
+  check_written(path, output.path());
+  replace_file_id(output.path());
+  output.commit();
+}
+
+}  // namespace pileus
