@@ -228,7 +228,8 @@ struct Uniform final : Integrator {
                                         const Accuracy& accuracy) const override {
     const double length = (step > 0.0 ? step : default_step(world)) * accuracy.coarseness;
     const MarchSettings settings{length, sample == "middle" ? 0.5 : 0.0, accuracy.tolerance / 8.0};
-    if (plan.scattering && plan.emission) return std::make_unique<UniformTracer<true, true>>(world, plan, settings);
+    if (plan.scattering && plan.emission)
+      return std::make_unique<UniformTracer<true, true>>(world, plan, settings);
     if (plan.scattering) return std::make_unique<UniformTracer<true, false>>(world, plan, settings);
     if (plan.emission) return std::make_unique<UniformTracer<false, true>>(world, plan, settings);
     return std::make_unique<UniformTracer<false, false>>(world, plan, settings);

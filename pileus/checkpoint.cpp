@@ -27,7 +27,8 @@ void save_checkpoint(const std::filesystem::path& file, const std::string& finge
   write_exr(file, image);
 }
 
-void load_checkpoint(const std::filesystem::path& file, const std::string& fingerprint, Film& film, TileGrid& tiles) {
+void load_checkpoint(const std::filesystem::path& file, const std::string& fingerprint, Film& film,
+                     TileGrid& tiles) {
   if (!std::filesystem::exists(file)) return;
   const Image saved = read_exr(file);
   const auto found = saved.metadata.find(kFingerprint);

@@ -22,8 +22,8 @@
 /// Every function reports trouble by throwing pileus::Error (lib/core/error.h).
 namespace pileus {
 
-/// Reads a scene (`.toml`), or a bare volume (`.vdb`) as a scene with a camera that frames it, a sun, a fill light, a
-/// sky and an extinction that suits its density. `overrides` are `path.to.key=value` strings.
+/// Reads a scene (`.toml`), or a bare volume (`.vdb`) as a scene with a camera that frames it, a sun, a fill
+/// light, a sky and an extinction that suits its density. `overrides` are `path.to.key=value` strings.
 Scene load(const std::filesystem::path& input, const std::vector<std::string>& overrides = {});
 
 /// A rectangle of pixels, [x0, x1) x [y0, y1), from the upper left corner.
@@ -32,21 +32,23 @@ struct Crop {
 };
 
 struct RenderOptions {
-  int threads = 0;                         ///< 0: all cores
-  std::optional<Crop> crop;                ///< the picture then has the size of the crop
-  double time_limit = 0.0;                 ///< [s]; > 0: the most accurate picture that the time allows
-  std::filesystem::path checkpoint;        ///< where an interrupted render leaves its tiles, and a later one finds them
-  std::function<void(double)> progress;    ///< called with the share done, 0 .. 1, from one thread at a time
-  std::function<bool()> is_cancelled;      ///< polled often, from many threads; true ends in Error(cancelled)
+  int threads = 0;           ///< 0: all cores
+  std::optional<Crop> crop;  ///< the picture then has the size of the crop
+  double time_limit = 0.0;   ///< [s]; > 0: the most accurate picture that the time allows
+  std::filesystem::path
+      checkpoint;  ///< where an interrupted render leaves its tiles, and a later one finds them
+  std::function<void(double)> progress;  ///< called with the share done, 0 .. 1, from one thread at a time
+  std::function<bool()> is_cancelled;    ///< polled often, from many threads; true ends in Error(cancelled)
 };
 
 /// Figures of a render, as `--report` writes them.
 struct RenderReport {
   std::string scene, integrator;
-  double tolerance = 0.0;    ///< as asked
-  double coarseness = 1.0;   ///< > 1 where a time limit made the render coarser
+  double tolerance = 0.0;   ///< as asked
+  double coarseness = 1.0;  ///< > 1 where a time limit made the render coarser
   int threads = 0;
-  std::map<std::string, double> seconds;  ///< wall time by stage ("load", "build", "render", "write"), "wall", "cpu"
+  std::map<std::string, double>
+      seconds;  ///< wall time by stage ("load", "build", "render", "write"), "wall", "cpu"
   uint64_t peak_memory_bytes = 0;
   uint64_t pixels = 0, rays = 0;
   Counters counters;

@@ -1,10 +1,10 @@
-#include <sys/resource.h>
-
 #include <algorithm>
 #include <atomic>
 #include <chrono>
 #include <cmath>
 #include <mutex>
+
+#include <sys/resource.h>
 
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
@@ -19,7 +19,9 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-double seconds_since(Clock::time_point start) { return std::chrono::duration<double>(Clock::now() - start).count(); }
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
 
 double cpu_seconds() {
   rusage usage{};
@@ -42,7 +44,8 @@ class Pass {
  public:
   Pass(const Scene& scene, const RenderOptions& options, const World& world, const EffectPlan& plan,
        const Crop& crop, double coarseness)
-      : film(crop.x1 - crop.x0, crop.y1 - crop.y0, scene.render.pixel_samples * scene.render.pixel_samples, plan),
+      : film(crop.x1 - crop.x0, crop.y1 - crop.y0, scene.render.pixel_samples * scene.render.pixel_samples,
+             plan),
         tiles(film.image().width, film.image().height),
         m_scene(scene),
         m_options(options),
@@ -50,7 +53,8 @@ class Pass {
         m_crop(crop),
         m_tracer(scene.render.integrator->prepare(world, plan, {scene.render.tolerance, coarseness})) {}
 
-  /// Renders the tiles that are not done yet. Returns false where it was stopped: `tiles` then says what is done.
+  /// Renders the tiles that are not done yet. Returns false where it was stopped: `tiles` then says what is
+  /// done.
   bool run(const std::function<bool()>& must_stop) {
     try {
       parallel_for(tiles.count(), [&](size_t index) {
@@ -82,10 +86,12 @@ class Pass {
     for (size_t first = 0; first < rays.size(); first += kBatch) {
       if (must_stop && must_stop()) throw PassStopped{};
       const size_t count = std::min(kBatch, rays.size() - first);
-      m_tracer->trace(std::span(rays).subspan(first, count), std::span(results).subspan(first, count), tile_counters);
+      m_tracer->trace(std::span(rays).subspan(first, count), std::span(results).subspan(first, count),
+                      tile_counters);
     }
     for (size_t i = 0; i < pixels.size(); ++i) {
-      film.set_pixel(pixels[i].x, pixels[i].y, std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
+      film.set_pixel(pixels[i].x, pixels[i].y,
+                     std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
     }
     finish_tile(index, tile_counters);
   }
@@ -121,13 +127,15 @@ Crop checked_crop(const Scene& scene, const RenderOptions& options) {
                          0 <= crop.y0 && crop.y0 < crop.y1 && crop.y1 <= size.y;
   if (!is_inside) {
     throw Error(ErrorKind::usage, SourceLoc{},
-                fmt::format("crop {},{},{},{} is empty or not inside the picture of {} x {} pixels", crop.x0, crop.y0,
-                            crop.x1, crop.y1, size.x, size.y));
+                fmt::format("crop {},{},{},{} is empty or not inside the picture of {} x {} pixels", crop.x0,
+                            crop.y0, crop.x1, crop.y1, size.x, size.y));
   }
   return crop;
 }
 
-[[noreturn]] void throw_cancelled() { throw Error(ErrorKind::cancelled, SourceLoc{}, "interrupted"); }
+[[noreturn]] void throw_cancelled() {
+  throw Error(ErrorKind::cancelled, SourceLoc{}, "interrupted");
+}
 
 /// Renders at full accuracy, from a checkpoint where there is one; leaves one behind where it is interrupted.
 void render_fully(Pass& pass, const RenderOptions& options, const std::string& fingerprint) {
@@ -142,7 +150,8 @@ void render_fully(Pass& pass, const RenderOptions& options, const std::string& f
 
 /// Renders coarsely first, then finer and finer while the next pass is expected to fit into the time left.
 std::unique_ptr<Pass> render_within(const std::function<std::unique_ptr<Pass>(double)>& make_pass,
-                                    const RenderOptions& options, Clock::time_point start, double& coarseness) {
+                                    const RenderOptions& options, Clock::time_point start,
+                                    double& coarseness) {
   constexpr double kLadder[] = {256.0, 64.0, 16.0, 4.0, 1.0};
   constexpr double kFirstGrowth = 2.0;  // assumed cost ratio of neighbouring rungs before two are measured
   std::unique_ptr<Pass> best;
@@ -163,9 +172,10 @@ std::unique_ptr<Pass> render_within(const std::function<std::unique_ptr<Pass>(do
     previous = cost;
   }
   if (!best) {
-    throw Error(ErrorKind::failed, SourceLoc{},
-                fmt::format("{} s are too short even for the coarsest picture; allow more, or make it smaller",
-                            options.time_limit));
+    throw Error(
+        ErrorKind::failed, SourceLoc{},
+        fmt::format("{} s are too short even for the coarsest picture; allow more, or make it smaller",
+                    options.time_limit));
   }
   return best;
 }
@@ -175,14 +185,16 @@ void count_bad_pixels(const Image& image, RenderReport& report) {
   const Channel* colours[] = {image.find("R"), image.find("G"), image.find("B")};
   if (!colours[0]) return;
   for (size_t i = 0; i < image.pixel_count(); ++i) {
-    if (std::all_of(std::begin(colours), std::end(colours), [&](auto* c) { return std::isfinite(c->values[i]); })) {
+    if (std::all_of(std::begin(colours), std::end(colours),
+                    [&](auto* c) { return std::isfinite(c->values[i]); })) {
       continue;
     }
     if (report.nan_pixels++ == 0) first = Vec2i(int(i) % image.width, int(i) / image.width);
   }
   if (report.nan_pixels > 0) {
-    report.warnings.push_back(fmt::format("{} pixels are not finite numbers, the first at ({}, {}) from the upper left",
-                                          report.nan_pixels, first.x, first.y));
+    report.warnings.push_back(
+        fmt::format("{} pixels are not finite numbers, the first at ({}, {}) from the upper left",
+                    report.nan_pixels, first.x, first.y));
   }
 }
 

@@ -8,15 +8,18 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-Json or_null(const std::optional<double>& value) { return value ? Json(*value) : Json(nullptr); }
+Json or_null(const std::optional<double>& value) {
+  return value ? Json(*value) : Json(nullptr);
+}
 
 Json effects_to_json(const RenderReport& report) {
   Json effects = Json::object();
   for (const Effect& effect : report.effects) {
     const auto counted = report.counters.find(effect.counter);
-    effects[effect.name] = {{"on", effect.on},
-                            {"reason", effect.reason},
-                            {"count", counted == report.counters.end() ? Json(nullptr) : Json(counted->second)}};
+    effects[effect.name] = {
+        {"on", effect.on},
+        {"reason", effect.reason},
+        {"count", counted == report.counters.end() ? Json(nullptr) : Json(counted->second)}};
   }
   return effects;
 }
@@ -39,7 +42,8 @@ std::string to_json(const RenderReport& report) {
   json["effects"] = effects_to_json(report);
   // A bound is a promise that a test holds an integrator to. None of the present integrators gives one.
   json["error_bound"] = {{"max", nullptr}, {"mean", nullptr}};
-  json["error_estimate"] = {{"max", or_null(report.max_error_estimate)}, {"mean", or_null(report.mean_error_estimate)}};
+  json["error_estimate"] = {{"max", or_null(report.max_error_estimate)},
+                            {"mean", or_null(report.mean_error_estimate)}};
   json["nan_pixels"] = report.nan_pixels;
   json["warnings"] = report.warnings;
   return json.dump(2) + "\n";

@@ -10,7 +10,8 @@ namespace pileus {
 /// The square tiles of a picture, and which of them are done.
 class TileGrid {
  public:
-  static constexpr int kSize = 16;  ///< [pixels]; 256 rays: enough to fill packets, small enough to balance threads
+  static constexpr int kSize =
+      16;  ///< [pixels]; 256 rays: enough to fill packets, small enough to balance threads
 
   TileGrid(int width, int height)
       : m_width(width),
@@ -37,7 +38,6 @@ class TileGrid {
     m_done[tile] = 1;
   }
   double share_done() const { return double(m_done_count) / double(count()); }
-
 
  private:
   /// Bits 0, 2, 4 and 6 of a Morton code.

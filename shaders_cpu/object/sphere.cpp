@@ -35,12 +35,12 @@ struct Sphere final : Shape {
     const Vec3d n = dot(outwards, ray.d) > 0.0 ? -outwards : outwards;
     return SurfaceHit{*t, n, surface_error(length(ray.o) + length(f) + m_radius)};
   }
-  /// The shadow is a cylinder behind the sphere for a sun, a cone for a point light: a quadratic along the ray.
+  /// The shadow is a cylinder behind the sphere for a sun, a cone for a point light: a quadratic along the
+  /// ray.
   void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const override {
     const Illumination at_eye = light.at(ray.o);
-    const Roots<double> edges = light.is_directional()
-                                    ? cylinder_edges(ray, at_eye.wi)
-                                    : cone_edges(ray, ray.o + at_eye.distance * at_eye.wi);
+    const Roots<double> edges = light.is_directional() ? cylinder_edges(ray, at_eye.wi)
+                                                       : cone_edges(ray, ray.o + at_eye.distance * at_eye.wi);
     t.insert(t.end(), edges.begin(), edges.end());
   }
   Box3d bounds() const override {
@@ -53,11 +53,12 @@ struct Sphere final : Shape {
   Roots<double> cylinder_edges(const Ray& ray, const Vec3d& wi) const {
     const Vec3d f = ray.o - m_center;
     const Vec3d f_across = f - dot(f, wi) * wi, d_across = ray.d - dot(ray.d, wi) * wi;
-    return quadratic_roots(d_across.length2(), 2.0 * dot(f_across, d_across), f_across.length2() - m_radius * m_radius);
+    return quadratic_roots(d_across.length2(), 2.0 * dot(f_across, d_across),
+                           f_across.length2() - m_radius * m_radius);
   }
 
-  /// Where the direction from the light touches the sphere: (v . q)^2 = (|q|^2 - r^2) |v|^2, with q from the light to
-  /// the centre and v to the point on the ray.
+  /// Where the direction from the light touches the sphere: (v . q)^2 = (|q|^2 - r^2) |v|^2, with q from the
+  /// light to the centre and v to the point on the ray.
   Roots<double> cone_edges(const Ray& ray, const Vec3d& p_light) const {
     const Vec3d q = m_center - p_light, v = ray.o - p_light;
     const double k = q.length2() - m_radius * m_radius;

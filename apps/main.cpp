@@ -1,0 +1,101 @@
+#include <cstdio>
+#include <exception>
+#include <fstream>
+#include <string>
+
+#include <CLI/CLI.hpp>
+
+#include "apps/commands.h"
+#include "apps/interrupt.h"
+#include "lib/core/error.h"
+#include "lib/core/registry.h"
+#include "lib/core/version.h"
+
+namespace pileus {
+namespace {
+
+enum ExitCode { kDone = 0, kFailed = 1, kWrongUsage = 2, kInterrupted = 130 };
+
+ExitCode exit_code_of(ErrorKind kind) {
+  switch (kind) {
+    case ErrorKind::usage:
+    case ErrorKind::scene:
+      return kWrongUsage;
+    case ErrorKind::cancelled:
+      return kInterrupted;
+    case ErrorKind::file:
+    case ErrorKind::failed:
+      break;
+  }
+  return kFailed;
+}
+
+/// Prints the line of the file that a diagnostic points at, with a caret under the column.
+void print_source_line(const SourceLoc& loc) {
+  std::ifstream file(loc.file);
+  std::string line;
+  for (int n = 0; n < loc.line; ++n) {
+    if (!std::getline(file, line)) return;
+  }
+  for (char& c : line) c = c == '\t' ? ' ' : c;
+  const std::string caret(size_t(std::max(0, loc.column - 1)), ' ');
+  std::fprintf(stderr, "  %s\n  %s^\n", line.c_str(), caret.c_str());
+}
+
+void print(const Error& error) {
+  for (const Diagnostic& diagnostic : error.diagnostics()) {
+    const std::string prefix = diagnostic.loc.file.empty() ? "pileus: " : "";
+    std::fprintf(stderr, "%s%s\n", prefix.c_str(), to_string(diagnostic).c_str());
+    if (diagnostic.loc.line > 0) print_source_line(diagnostic.loc);
+  }
+}
+
+int run(int argc, char** argv) {
+  int exit_code = kDone;
+  CLI::App app("pileus renders volumetric scenes with numbers that can be trusted.", "pileus");
+  app.set_version_flag("--version", std::string("pileus ") + kVersion);
+  app.require_subcommand(1);
+  app.fallthrough();
+  app.footer(
+      "Examples:\n"
+      "  pileus render smoke1.vdb -o smoke1.png        a bare volume with a default sun, sky and framing\n"
+      "  pileus render scene.toml -o picture.exr --aov beauty,transmittance,Z\n"
+      "  pileus info smoke1.vdb                        what is in a file\n"
+      "  pileus explain scene.toml                     what will be simulated, and why\n"
+      "  pileus COMMAND --help                         options and examples of a command");
+  app.add_option("--plugin", "a plugin library (.so) to load first; may repeat (also: PILEUS_PLUGIN_PATH)")
+      ->allow_extra_args(false)
+      ->type_name("FILE")
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
+      ->each([](const std::string& file) { plugin_registry().load_library(file); });
+  add_render_command(app, exit_code);
+  add_cloud_command(app, exit_code);
+  add_info_command(app, exit_code);
+  add_explain_command(app, exit_code);
+  add_diff_command(app, exit_code);
+  add_plugins_command(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    const bool is_help = error.get_exit_code() == int(CLI::ExitCodes::Success);
+    app.exit(error);
+    return is_help ? kDone : kWrongUsage;
+  } catch (const Error& error) {
+    print(error);
+    return exit_code_of(error.kind());
+  }
+  return exit_code;
+}
+
+}  // namespace
+}  // namespace pileus
+
+int main(int argc, char** argv) {
+  try {
+    pileus::listen_for_interrupts();
+    return pileus::run(argc, argv);
+  } catch (const std::exception& error) {
+    std::fprintf(stderr, "pileus: error: %s\n", error.what());
+    return 1;
+  }
+}

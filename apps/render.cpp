@@ -1,0 +1,144 @@
+#include <cstdio>
+#include <memory>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+
+#include "apps/commands.h"
+#include "apps/interrupt.h"
+#include "apps/progress_bar.h"
+#include "apps/scene_options.h"
+#include "lib/core/atomic_file.h"
+#include "lib/core/error.h"
+#include "pileus/pileus.h"
+
+namespace pileus {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+double seconds_since(Clock::time_point start) {
+  return std::chrono::duration<double>(Clock::now() - start).count();
+}
+
+struct RenderCommand {
+  SceneOptions scene;
+  std::vector<std::filesystem::path> outputs;
+  std::string crop;
+  std::filesystem::path report;
+  int threads = 0;
+  double time_limit = 0.0;
+  bool resume = false, quiet = false, half = false, json = false;
+
+  void run();
+
+ private:
+  RenderOptions render_options() const;
+  void write(Rendering& rendering) const;
+  void tell(const Rendering& rendering) const;
+};
+
+Crop parse_crop(const std::string& text) {
+  Crop crop{};
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%d,%d,%d,%d%c", &crop.x0, &crop.y0, &crop.x1, &crop.y1, &rest) != 4) {
+    throw Error(ErrorKind::usage, SourceLoc{},
+                fmt::format("--crop {}; expected X0,Y0,X1,Y1 in pixels", text));
+  }
+  return crop;
+}
+
+RenderOptions RenderCommand::render_options() const {
+  RenderOptions options;
+  options.threads = threads;
+  if (!crop.empty()) options.crop = parse_crop(crop);
+  options.time_limit = time_limit;
+  if (resume) options.checkpoint = outputs.front().string() + ".partial.exr";
+  options.is_cancelled = is_interrupted;
+  return options;
+}
+
+void write_text(const std::filesystem::path& path, const std::string& text) {
+  AtomicFile file(path);
+  std::FILE* stream = std::fopen(file.path().c_str(), "wb");
+  const bool is_whole = stream && std::fwrite(text.data(), 1, text.size(), stream) == text.size();
+  const bool is_closed = stream && std::fclose(stream) == 0;
+  if (!is_whole || !is_closed) throw Error(ErrorKind::file, path.string(), "cannot be written");
+  file.commit();
+}
+
+void RenderCommand::write(Rendering& rendering) const {
+  for (const auto& output : outputs) save(rendering, output, half);
+}
+
+void RenderCommand::tell(const Rendering& rendering) const {
+  for (const std::string& warning : rendering.report.warnings) {
+    std::fprintf(stderr, "pileus: warning: %s\n", warning.c_str());
+  }
+  if (json) std::fputs(to_json(rendering.report).c_str(), stdout);
+  if (json || quiet) return;
+  for (const auto& output : outputs) {
+    fmt::print("{}: {} x {} pixels in {:.2f} s\n", output.string(), rendering.image.width,
+               rendering.image.height, rendering.report.seconds.at("wall"));
+  }
+}
+
+void RenderCommand::run() {
+  const Clock::time_point start = Clock::now();
+  if (outputs.empty()) outputs.push_back(scene.input.stem().string() + ".png");
+  for (const auto& output : outputs) check_image_name(output);
+  RenderOptions options = render_options();
+
+  const Scene loaded = scene.load();
+  const double load_seconds = seconds_since(start);
+
+  const CancellableScope cancellable;
+  Rendering rendering = [&] {
+    ProgressBar bar("rendering", quiet);
+    options.progress = [&](double share) { bar.update(share); };
+    return render(loaded, options);
+  }();
+
+  const Clock::time_point write_start = Clock::now();
+  write(rendering);
+  auto& seconds = rendering.report.seconds;
+  seconds["load"] = load_seconds;
+  seconds["write"] = seconds_since(write_start);
+  seconds["wall"] = seconds_since(start);
+  if (!report.empty()) write_text(report, to_json(rendering.report));
+  tell(rendering);
+}
+
+}  // namespace
+
+void add_render_command(CLI::App& app, int&) {
+  auto command = std::make_shared<RenderCommand>();
+  CLI::App* sub =
+      app.add_subcommand("render", "render a scene (.toml) or a bare volume (.vdb) to .exr or .png");
+  command->scene.add_to(*sub);
+  sub->add_option("-o,--output", command->outputs,
+                  "picture to write, .exr or .png; may repeat (default: INPUT.png)")
+      ->type_name("OUT")
+      ->allow_extra_args(false);
+  sub->add_option("--threads", command->threads, "number of threads; 0: all cores")
+      ->check(CLI::Range(0, 1024));
+  sub->add_option("--crop", command->crop, "render these pixels only")->type_name("X0,Y0,X1,Y1");
+  sub->add_option("--report", command->report, "write the figures of the render as JSON")
+      ->type_name("FILE.json");
+  sub->add_option("--time-limit", command->time_limit, "the most accurate picture that fits into S seconds")
+      ->type_name("S")
+      ->check(CLI::PositiveNumber);
+  sub->add_flag("--resume", command->resume, "go on where an interrupted render with --resume stopped");
+  sub->add_flag("--half", command->half, "store colours as 16-bit floats in .exr");
+  sub->add_flag("--json", command->json, "print the figures of the render as JSON");
+  sub->add_flag("--quiet", command->quiet, "print nothing but errors");
+  sub->footer(
+      "Examples:\n"
+      "  pileus render smoke1.vdb -o smoke1.png\n"
+      "  pileus render scene.toml -o a.exr -o a.png --tolerance 0.0005 --report a.json\n"
+      "  pileus render scene.toml -o wide.png --size 1920x800 --set camera.fov_deg=55\n"
+      "  pileus render scene.toml -o quick.png --time-limit 2");
+  sub->callback([command] { command->run(); });
+}
+
+}  // namespace pileus

@@ -1,0 +1,54 @@
+#include "apps/scene_options.h"
+
+#include <fmt/format.h>
+
+#include "lib/core/error.h"
+#include "pileus/pileus.h"
+
+namespace pileus {
+namespace {
+
+/// "960x540" as the scene writes it.
+std::string size_override(const std::string& text) {
+  int width = 0, height = 0;
+  char rest = 0;
+  if (std::sscanf(text.c_str(), "%dx%d%c", &width, &height, &rest) != 2) {
+    throw Error(ErrorKind::usage, SourceLoc{},
+                fmt::format("--size {}; expected WIDTHxHEIGHT, such as 960x540", text));
+  }
+  return fmt::format("render.size=[{}, {}]", width, height);
+}
+
+}  // namespace
+
+void SceneOptions::add_to(CLI::App& command) {
+  command.add_option("INPUT", input, "scene (.toml) or bare volume (.vdb)")->required();
+  const auto overriding = [&](const char* name, const char* help, auto&& to_override) {
+    return command.add_option_function<std::string>(
+        name, [this, to_override](const std::string& value) { overrides.push_back(to_override(value)); },
+        help);
+  };
+  const auto setting = [](const char* key) {
+    return [key](const std::string& value) { return fmt::format("{}={}", key, value); };
+  };
+  overriding("--size", "picture size in pixels", size_override)->type_name("WxH");
+  overriding("--tolerance", "accepted error per channel of linear radiance; 0: exact",
+             setting("render.tolerance"))
+      ->type_name("E");
+  overriding("--integrator", "what happens along a ray: see `pileus plugins`", [](const std::string& name) {
+    return fmt::format("render.integrator=\"{}\"", name);
+  })->type_name("NAME");
+  overriding("--seed", "seed of random numbers", setting("render.seed"))->type_name("N");
+  overriding("--aov", "planes to write: beauty,transmittance,Z,samples,error_estimate",
+             [](const std::string& list) { return fmt::format("render.aovs=\"{}\"", list); })
+      ->type_name("LIST");
+  command.add_option("--set", overrides, "set any value of the scene; may repeat")
+      ->type_name("path.to.key=value")
+      ->allow_extra_args(false);
+}
+
+Scene SceneOptions::load() const {
+  return pileus::load(input, overrides);
+}
+
+}  // namespace pileus
