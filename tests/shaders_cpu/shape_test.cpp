@@ -202,6 +202,20 @@ TEST_F(ShadowRays, leave_planes_at_grazing_angles) {
   EXPECT_GT(hits, 200000);
 }
 
+TEST_F(ShadowRays, error_bounds_the_distance_from_the_surface) {
+  for (int i = 0; i < 100000; ++i) {
+    const double radius = std::exp2(25.0 * uniform());
+    const Vec3d center = std::exp2(20.0 * uniform()) * direction();
+    const Ray ray{center + std::exp2(10.0 * uniform()) * radius * direction(), direction()};
+    const auto hit = sphere(center, radius)->intersect(ray, kEverywhere);
+    if (!hit) continue;
+    const Vec3d p = ray.at(hit->t);
+    const long double x = p.x, y = p.y, z = p.z;
+    const long double distance = std::hypot(x - center.x, y - center.y, z - center.z);
+    ASSERT_LE(std::abs(distance - radius), hit->error);
+  }
+}
+
 TEST_F(ShadowRays, start_no_farther_out_than_rounding_demands) {
   const auto ball = sphere({150000, 0, 0}, 1.0);
   const auto hit = ball->intersect({{150000, 0, 10}, {0, 0, -1}}, kEverywhere);
