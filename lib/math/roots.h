@@ -96,6 +96,7 @@ Roots<T> sphere_hits(const Imath::Vec3<T>& f, const Imath::Vec3<T>& d, T radius)
   const Imath::Vec3<T> l = f + b * d;  // from the centre to that point
   const T n = f.length();
   const T c = (n - radius) * (n + radius);
+  if (!std::isfinite(c)) return {};
   const T l2 = l.dot(l);
   const T r2 = radius * radius;
 
@@ -105,7 +106,6 @@ Roots<T> sphere_hits(const Imath::Vec3<T>& f, const Imath::Vec3<T>& d, T radius)
   if (!(discriminant >= 0)) return {};
 
   const T q = b + std::copysign(std::sqrt(discriminant), b);
-  if (!std::isfinite(q)) return {};
   if (q == 0) return {2, {0, 0}};
   return detail::ascending(c / q, q);
 }
