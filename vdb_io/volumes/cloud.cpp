@@ -1,8 +1,23 @@
 /// A procedural cloud inside a free form, built into a sparse grid.
 ///
 /// Billowed noise carves the free form: round bulges with creases between them, a flat base where the height
-/// profile starts, edges that fade out before the free form's surface is reached. `bounds` and `voxel_size`
-/// are enough for a cumulus.
+/// profile starts, edges that end before the free form's surface is reached. `bounds` and `voxel_size` are
+/// enough for a cumulus. The formula stands in lib/cloud/procedural_cloud.h.
+///
+///   bounds           name of the free form that holds the cloud; required
+///   voxel_size       edge of a voxel                                     [m]     > 0, required
+///   max_voxels       allowed in the bounding box, 4 bytes each at worst          >= 1, default 2^29
+///   noise.octaves    sizes of billows, each finer than the one before            1 .. 16, default 6
+///   noise.frequency  of the coarsest billows                             [1/m]   >= 0, default 0: fitted to
+///                    the free form's height
+///   noise.lacunarity, noise.gain   frequency and amplitude factor per octave     1 .. 8, default 2;
+///                                                                                0 .. 1, default 0.55
+///   noise.seed       another number, another cloud                               >= 0, default 0
+///   height_profile   [relative height, fullness] pairs, linear in between        0 .. 1, heights increase
+///   edge             how far the fall-off reaches in, 1: up to the centre        0 .. 1, default 0.7
+///   erosion          how deep the noise carves                                   0 .. 4, default 0.9
+///   threshold        what is thinner than this is clear air                      0 .. 1, default 0.1
+///   sharpness        steepness of the edges; the density saturates at 1          1 .. 100, default 8
 ///
 ///   [freeform.blob]
 ///   base = { ellipsoid = { center = [0, 1.6, 0], radii = [3, 1.6, 2.2] } }
