@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "vdb_io/grid_values.h"
+
 namespace pileus {
 namespace {
 
@@ -78,11 +80,8 @@ std::optional<Columns> integrate_columns(const openvdb::FloatGrid& grid, const A
     if (std::isfinite(*value) && *value > 0.0f) sums.add(value.getBoundingBox(), double(*value));
   }
   Columns columns;
-  for (int axis = 0; axis < 3; ++axis) {
-    Vec3d unit(0.0);
-    unit[axis] = 1.0;
-    columns.sorted[size_t(axis)] = sums.take_sorted(axis, world_from_index.direction(unit).length());
-  }
+  const Vec3d edges = voxel_edges(world_from_index);
+  for (int axis = 0; axis < 3; ++axis) columns.sorted[size_t(axis)] = sums.take_sorted(axis, edges[axis]);
   return columns;
 }
 

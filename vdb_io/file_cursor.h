@@ -12,7 +12,7 @@ namespace pileus {
 
 /// Reads a binary file front to back and never past its end: every read and skip is checked against the size
 /// of the file before anything is allocated. Small skips cost nothing, because a window of the file is held.
-/// errors: Error(file) "ends in the middle of ..." with what was being read
+/// errors: Error(file) that says what was being read, where, and how many bytes are left
 class FileCursor {
  public:
   explicit FileCursor(std::filesystem::path path);

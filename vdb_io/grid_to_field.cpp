@@ -10,8 +10,8 @@
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
 #include "lib/volume/grid_field.h"
+#include "vdb_io/grid_values.h"
 #include "vdb_io/openvdb_library.h"
-#include "vdb_io/vdb_reader.h"
 
 namespace pileus {
 namespace {
@@ -112,6 +112,17 @@ class CellCover {
   openvdb::tree::ValueAccessor<FloatTree> m_accessor;
 };
 
+/// The grid's copy lives only here: it is gone when the field builds what it needs beside the NanoVDB grid.
+nanovdb::GridHandle<nanovdb::HostBuffer> covered_nano_grid(const openvdb::FloatGrid& grid) {
+  const openvdb::FloatGrid::Ptr covered = grid.deepCopy();
+  CellCover cover(covered->tree());
+  cover.cover_cells_of_tiles();
+  cover.cover_cells_of_leaves();
+  if (covered->activeVoxelCount() == 0)
+    covered->tree().setValueOn(Coord(0), 0.0f);  // a box that is not inverted
+  return nanovdb::openToNanoVDB(*covered, nanovdb::StatsMode::BBox, nanovdb::ChecksumMode::Disable);
+}
+
 }  // namespace
 
 std::shared_ptr<const DensityField> field_from_grid(const openvdb::FloatGrid& grid,
@@ -119,14 +130,7 @@ std::shared_ptr<const DensityField> field_from_grid(const openvdb::FloatGrid& gr
   initialize_openvdb();
   PILEUS_CHECK(grid.background() == 0.0f);
   const Affine world_from_grid = world_from_object * world_from_index({}, grid);
-  const openvdb::FloatGrid::Ptr covered = grid.deepCopy();
-  CellCover cover(covered->tree());
-  cover.cover_cells_of_tiles();
-  cover.cover_cells_of_leaves();
-  if (covered->activeVoxelCount() == 0)
-    covered->tree().setValueOn(Coord(0), 0.0f);  // a box that is not inverted
-  auto nano = nanovdb::openToNanoVDB(*covered, nanovdb::StatsMode::BBox, nanovdb::ChecksumMode::Disable);
-  return make_grid_field(std::move(nano), world_from_grid);
+  return make_grid_field(covered_nano_grid(grid), world_from_grid);
 }
 
 }  // namespace pileus

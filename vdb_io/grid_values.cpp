@@ -1,3 +1,5 @@
+#include "vdb_io/grid_values.h"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -5,7 +7,6 @@
 
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
-#include "vdb_io/vdb_reader.h"
 
 namespace pileus {
 namespace {
@@ -70,6 +71,11 @@ ValueCounts count_values(const openvdb::FloatGrid& grid) {
   return total.counts;
 }
 
+Vec3d voxel_edges(const Affine& world_from_index) {
+  return {world_from_index.direction({1, 0, 0}).length(), world_from_index.direction({0, 1, 0}).length(),
+          world_from_index.direction({0, 0, 1}).length()};
+}
+
 Affine world_from_index(const std::filesystem::path& path, const openvdb::GridBase& grid) {
   PILEUS_CHECK(grid.transform().isLinear());
   const openvdb::Mat4R matrix = grid.transform().baseMap()->getAffineMap()->getMat4();
@@ -83,11 +89,9 @@ Affine world_from_index(const std::filesystem::path& path, const openvdb::GridBa
   }
   const Affine world_from_index(row_vector_matrix);
   // Relative to its own edges, so that tiny voxels are not taken for a singular map.
-  const double edges = world_from_index.direction({1, 0, 0}).length() *
-                       world_from_index.direction({0, 1, 0}).length() *
-                       world_from_index.direction({0, 0, 1}).length();
+  const Vec3d edges = voxel_edges(world_from_index);
   const double volume = std::abs(world_from_index.determinant());
-  if (!is_finite || !std::isfinite(volume) || !(volume > 1e-12 * edges)) {
+  if (!is_finite || !std::isfinite(volume) || !(volume > 1e-12 * edges.x * edges.y * edges.z)) {
     throw Error(
         ErrorKind::file, path.string(),
         fmt::format("grid \"{}\" has a {} transform; expected an invertible one; repair it where it was made",

@@ -9,15 +9,6 @@
 namespace pileus {
 namespace {
 
-Vec3d voxel_edges(const openvdb::GridBase& grid) {
-  const openvdb::Mat4R matrix = grid.transform().baseMap()->getAffineMap()->getMat4();
-  Vec3d edges;
-  for (int axis = 0; axis < 3; ++axis) {
-    edges[axis] = Vec3d(matrix[axis][0], matrix[axis][1], matrix[axis][2]).length();
-  }
-  return edges;
-}
-
 ValueReport report_values(const std::filesystem::path& path, const GridReport& report,
                           const openvdb::FloatGrid& grid) {
   const ValueCounts counts = count_values(grid);
@@ -114,8 +105,9 @@ GridReport report_grid(const std::filesystem::path& path, const VdbDirectory& di
   report.entry = entry;
   try {
     report.structure = check_grid_structure(path, entry);
-    const auto header = read_grid_without_voxels(path, entry);
-    if (entry.has_affine_map()) report.voxel_size = voxel_edges(*header);
+    if (entry.has_affine_map()) {
+      report.voxel_size = voxel_edges(world_from_index(path, *read_grid_without_voxels(path, entry)));
+    }
     if (entry.is_scalar())
       report.values = report_values(path, report, *read_scalar_grid(path, directory, entry));
   } catch (const Error& error) {

@@ -28,8 +28,7 @@ GridSummary summarize_density(const std::filesystem::path& path, const std::stri
   GridSummary summary;
   summary.grid = density.source.name;
   summary.bounds = world_box(density.grid->evalActiveVoxelBoundingBox(), to_world);
-  summary.voxel_size = {to_world.direction({1, 0, 0}).length(), to_world.direction({0, 1, 0}).length(),
-                        to_world.direction({0, 0, 1}).length()};
+  summary.voxel_size = voxel_edges(to_world);
   summary.max_density = density.values.max;
   if (const auto columns = integrate_columns(*density.grid, to_world)) {
     summary.typical_column = columns->quantile(0.95);

@@ -10,9 +10,9 @@
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
 #include "lib/core/version.h"
+#include "vdb_io/grid_values.h"
 #include "vdb_io/openvdb_library.h"
 #include "vdb_io/vdb_directory.h"
-#include "vdb_io/vdb_reader.h"
 
 namespace pileus {
 namespace {

@@ -14,7 +14,7 @@ enum class VdbCodec { none, blosc };
 struct VdbWriteOptions {
   bool half = false;                 ///< store values as 16-bit floats
   VdbCodec codec = VdbCodec::blosc;  ///< for the active voxels; inactive ones are left out either way
-  std::string creator;               ///< file metadata "creator"; "": "pileus VERSION"
+  std::string creator{};             ///< file metadata "creator"; "": "pileus VERSION"
 };
 
 /// Writes fog volumes to a `.vdb` file as other programs expect them: class fog volume, background 0,

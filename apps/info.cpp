@@ -1,0 +1,203 @@
+#include <algorithm>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include <CLI/CLI.hpp>
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
+
+#include "apps/commands.h"
+#include "vdb_io/inspect.h"
+
+namespace pileus {
+namespace {
+
+constexpr const char* kExamples = R"(Examples:
+  pileus info smoke.vdb                  what is in the file, and what to do about it
+  pileus info cache.vdb --grid density   one grid only (much faster for large caches)
+  pileus info smoke.vdb --json           the same for scripts
+
+Exit code: 0; 1 where the file or a grid of it cannot be read; 2 for wrong usage.)";
+
+struct InfoOptions {
+  std::filesystem::path file;
+  std::string grid;
+  bool json = false;
+};
+
+/// 1234567 → "1,234,567"
+std::string grouped(uint64_t number) {
+  std::string text = std::to_string(number);
+  for (size_t place = 3; place < text.size(); place += 4) text.insert(text.size() - place, ",");
+  return text;
+}
+
+std::string bytes_text(uint64_t bytes) {
+  return bytes < 10'000'000 ? fmt::format("{:.1f} kB", double(bytes) * 1e-3)
+                            : fmt::format("{:.1f} MB", double(bytes) * 1e-6);
+}
+
+/// Text from the file, safe for a terminal.
+std::string printable(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, ' ');
+  return text;
+}
+
+std::string creator_of(const VdbReport& report) {
+  const auto found = report.directory.metadata.find("creator");
+  return found == report.directory.metadata.end() ? "" : printable(found->second);
+}
+
+std::string type_text(const VdbGridEntry& entry) {
+  return fmt::format("{}{}, {}", entry.value_type, entry.saved_as_half ? " (saved as half)" : "",
+                     entry.grid_class == "unknown" ? "no class" : entry.grid_class);
+}
+
+void print_row(const char* label, const std::string& value) {
+  fmt::print("  {:<14} {}\n", label, value);
+}
+
+void print_structure(const GridStructure& structure) {
+  const Box3i& box = structure.active_bounds;
+  if (structure.active_voxels > 0) {
+    print_row("dims", fmt::format("{} x {} x {}, from [{}, {}, {}]", int64_t(box.max.x) - box.min.x + 1,
+                                  int64_t(box.max.y) - box.min.y + 1, int64_t(box.max.z) - box.min.z + 1,
+                                  box.min.x, box.min.y, box.min.z));
+  }
+  print_row("active voxels", grouped(structure.active_voxels));
+  print_row("tree", fmt::format("{} leaves, {} active tiles", grouped(structure.leaves),
+                                grouped(structure.active_tiles)));
+}
+
+void print_values(const ValueReport& values) {
+  print_row("memory", bytes_text(values.memory_bytes));
+  print_row("range",
+            fmt::format("{:.6g} to {:.6g}, background {:.6g}", values.min, values.max, values.background));
+  print_row("bad values", fmt::format("{} NaN, {} infinite, {} negative", grouped(values.nan),
+                                      grouped(values.infinite), grouped(values.negative)));
+  if (values.max_column) {
+    print_row("optical depth",
+              fmt::format("{:.4g} at extinction 1 (longest axis-parallel line)", *values.max_column));
+  }
+}
+
+void print_grid(const GridReport& grid) {
+  const VdbGridEntry& entry = grid.entry;
+  fmt::print("\n{}\n", entry.name);
+  print_row("type", type_text(entry));
+  print_row("codec", compression_text(entry.compression));
+  if (!entry.shares_tree_with.empty()) print_row("shares voxels", "with " + entry.shares_tree_with);
+  if (grid.voxel_size) {
+    const Vec3d& size = *grid.voxel_size;
+    print_row("voxel",
+              fmt::format("{:.6g} x {:.6g} x {:.6g} m ({})", size.x, size.y, size.z, entry.map_type));
+  } else {
+    print_row("transform", entry.map_type);
+  }
+  if (grid.structure) print_structure(*grid.structure);
+  if (grid.values) print_values(*grid.values);
+  if (!grid.problem.empty()) print_row("unreadable", grid.problem);
+  for (const std::string& warning : grid.warnings) print_row("warning", warning);
+}
+
+void print_table(const InfoOptions& options, const VdbReport& report) {
+  const VdbDirectory& directory = report.directory;
+  const std::string creator = creator_of(report);
+  fmt::print("{}\n", printable(options.file.string()));
+  print_row("file",
+            fmt::format("{}, OpenVDB file version {} (library {}.{}){}", bytes_text(directory.file_bytes),
+                        directory.file_version, directory.library_major, directory.library_minor,
+                        creator.empty() ? "" : ", by " + creator));
+  print_row("grids",
+            fmt::format("{}{}", directory.grids.size(),
+                        report.default_grid.empty() ? "" : ", shown by default: " + report.default_grid));
+  for (const std::string& warning : report.warnings) print_row("warning", warning);
+  for (const GridReport& grid : report.grids) print_grid(grid);
+}
+
+template <class Vector>
+nlohmann::json to_array(const Vector& v) {
+  return {v.x, v.y, v.z};
+}
+
+nlohmann::json to_json(const GridReport& grid) {
+  const VdbGridEntry& entry = grid.entry;
+  nlohmann::json json{{"name", entry.name},
+                      {"type", entry.value_type},
+                      {"class", entry.grid_class},
+                      {"saved_as_half", entry.saved_as_half},
+                      {"codec", compression_text(entry.compression)},
+                      {"transform", entry.map_type},
+                      {"warnings", grid.warnings}};
+  if (!entry.shares_tree_with.empty()) json["shares_voxels_with"] = entry.shares_tree_with;
+  if (!grid.problem.empty()) json["problem"] = grid.problem;
+  if (grid.voxel_size) json["voxel_size"] = to_array(*grid.voxel_size);
+  if (grid.structure) {
+    const GridStructure& structure = *grid.structure;
+    json["active_voxels"] = structure.active_voxels;
+    json["active_tiles"] = structure.active_tiles;
+    json["leaves"] = structure.leaves;
+    if (structure.active_voxels > 0) {
+      json["index_min"] = to_array(structure.active_bounds.min);
+      json["index_max"] = to_array(structure.active_bounds.max);
+    }
+  }
+  if (grid.values) {
+    const ValueReport& values = *grid.values;
+    json["memory_bytes"] = values.memory_bytes;
+    json["background"] = values.background;
+    json["min"] = values.min;
+    json["max"] = values.max;
+    json["nan"] = values.nan;
+    json["infinite"] = values.infinite;
+    json["negative"] = values.negative;
+    json["inactive_nonzero"] = values.inactive_nonzero;
+    if (values.max_column) json["optical_depth_at_extinction_1"] = *values.max_column;
+  }
+  return json;
+}
+
+void print_json(const InfoOptions& options, const VdbReport& report) {
+  const VdbDirectory& directory = report.directory;
+  nlohmann::json json{
+      {"file", options.file.string()},
+      {"bytes", directory.file_bytes},
+      {"file_version", directory.file_version},
+      {"library_version", fmt::format("{}.{}", directory.library_major, directory.library_minor)},
+      {"creator", creator_of(report)},
+      {"default_grid", report.default_grid},
+      {"warnings", report.warnings},
+      {"grids", nlohmann::json::array()}};
+  for (const GridReport& grid : report.grids) json["grids"].push_back(to_json(grid));
+  // Names in the file need not be UTF-8.
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
+}
+
+int run(const InfoOptions& options) {
+  const VdbReport report = inspect_vdb(options.file, options.grid);
+  if (options.json) {
+    print_json(options, report);
+  } else {
+    print_table(options, report);
+  }
+  const bool has_problem = std::any_of(report.grids.begin(), report.grids.end(),
+                                       [](const GridReport& grid) { return !grid.problem.empty(); });
+  return has_problem ? 1 : 0;
+}
+
+}  // namespace
+
+void add_info_command(CLI::App& app, int& exit_code) {
+  CLI::App* command = app.add_subcommand("info", "Show what a .vdb file holds, and what to watch out for");
+  command->footer(kExamples);
+  const auto options = std::make_shared<InfoOptions>();
+  command->add_option("FILE", options->file, "the .vdb file")->required();
+  command->add_option("--grid", options->grid, "look at this grid only");
+  command->add_flag("--json", options->json, "print a report for programs");
+  command->callback([options, &exit_code] { exit_code = run(*options); });
+}
+
+}  // namespace pileus
