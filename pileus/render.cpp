@@ -9,6 +9,7 @@
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
 #include "lib/core/version.h"
+#include "lib/scene/world.h"
 #include "pileus/checkpoint.h"
 #include "pileus/film.h"
 #include "pileus/pileus.h"
