@@ -24,14 +24,13 @@ const Checks& checks() {
 /// Rows without a check here, by id or by the group before the dash.
 const std::map<std::string, std::string>& unchecked() {
   static const std::map<std::string, std::string> reasons{
-      {"FOG", "there is no fog yet"},
-      {"PRT",
-       "needs the intersection of perturbed free forms; free forms bound clouds, rays do not hit them yet"},
-      {"SET", "there are no set operations on free forms yet"},
+      {"FOG", "fog is a medium like any other; no closed form of a fade factor or a lit layer is used"},
+      {"PRT", "free forms have no perturbations yet"},
+      {"SET", "free forms have no set operations and no morphing yet"},
       {"HMP", "there is no terrain yet"},
-      {"OCT", "no octree of averaged opacities: its bias (OCT-08) rules it out"},
-      {"DDA", "checked with the traversal of grids, which needs real grids"},
-      {"RAD", "checked by the integrators' tests, which need a world"},
+      {"OCT", "opacities are never averaged over an octree: OCT-08 shows the bias"},
+      {"DDA", "not a matter of arithmetic alone: belongs to the traversal of grids"},
+      {"RAD", "not a matter of arithmetic alone: belongs to the integrators"},
       {"ROO-28", "no quartic is ever solved: there is no torus"},
       {"TRI-05", "densities are clamped when grids are built, never along a ray"},
       {"TRI-13",
