@@ -1,6 +1,7 @@
 #include "vdb_io/volumes/cloud.h"
 
 #include <cstdio>
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <string>
@@ -11,19 +12,25 @@
 #include <fmt/format.h>
 
 #include "apps/commands.h"
+#include "apps/interrupt.h"
+#include "apps/progress_bar.h"
 #include "lib/core/error.h"
 #include "lib/scene/scene.h"
 #include "vdb_io/vdb_writer.h"
 
 namespace pileus {
-
 namespace {
 
-struct CloudArguments {
-  std::string recipe, output;
+struct CloudCommand {
+  std::filesystem::path recipe, output;
   VdbWriteOptions write;
   double voxel_size = 0.0;  ///< [m]; 0: as each cloud says
   bool quiet = false;
+
+  void run() const;
+
+ private:
+  openvdb::FloatGrid::Ptr build(const Named<CloudVolume>& named, const FreeForms& freeforms) const;
 };
 
 /// The scene's volumes of type `cloud`.
@@ -43,50 +50,56 @@ std::vector<Named<CloudVolume>> clouds_of(const Scene& scene) {
   return clouds;
 }
 
-openvdb::FloatGrid::Ptr build(const Named<CloudVolume>& named, const Scene& scene,
-                              const CloudArguments& arguments) {
+openvdb::FloatGrid::Ptr CloudCommand::build(const Named<CloudVolume>& named,
+                                            const FreeForms& freeforms) const {
   CloudVolume cloud = *named.object;
-  if (arguments.voxel_size > 0) cloud.voxel_size = arguments.voxel_size;
-  const auto show_progress = [&](double share) {
-    if (!arguments.quiet) fmt::print(stderr, "\r{}: {:3.0f} %", named.name, 100 * share);
-    return true;
-  };
-  const auto grid = cloud.build_grid(scene.freeforms, show_progress);
-  if (!arguments.quiet) {
-    fmt::print(stderr, "\r{}: {} active voxels of {} m\n", named.name, grid->activeVoxelCount(),
-               cloud.voxel_size);
-  }
-  return grid;
+  if (voxel_size > 0) cloud.voxel_size = voxel_size;
+  ProgressBar bar("building " + named.name, quiet);
+  return cloud.build_grid(freeforms, [&](double share) {
+    bar.update(share);
+    return !is_interrupted();
+  });
 }
 
-void run(const CloudArguments& arguments) {
-  const Scene scene = load_scene(arguments.recipe);
+void CloudCommand::run() const {
+  const Scene scene = load_scene(recipe);
   const std::vector<Named<CloudVolume>> clouds = clouds_of(scene);
+
+  const CancellableScope cancellable;
   std::vector<openvdb::FloatGrid::ConstPtr> grids;
   for (const Named<CloudVolume>& cloud : clouds) {
-    const auto grid = build(cloud, scene, arguments);
-    if (clouds.size() > 1)
-      grid->setName(cloud.name);  // a single one stays "density", which programs look for
+    const openvdb::FloatGrid::Ptr grid = build(cloud, scene.freeforms);
+    if (clouds.size() > 1) grid->setName(cloud.name);  // one alone stays "density", which programs look for
     grids.push_back(grid);
   }
-  write_vdb(arguments.output, grids, arguments.write);
+  write_vdb(output, grids, write);
+  if (quiet) return;
+  for (const auto& grid : grids) {
+    fmt::print("{}: {}, {} active voxels of {} m\n", output.string(), grid->getName(),
+               grid->activeVoxelCount(), grid->voxelSize().x());
+  }
 }
 
 }  // namespace
 
 void add_cloud_command(CLI::App& app, int&) {
-  auto arguments = std::make_shared<CloudArguments>();
-  CLI::App* command = app.add_subcommand("cloud", "build the procedural clouds of a scene into a .vdb file");
-  command->add_option("recipe", arguments->recipe, "scene with volumes of type cloud (.toml)")->required();
-  command->add_option("-o,--output", arguments->output, "file to write (.vdb)")->required();
-  command->add_option("--voxel-size", arguments->voxel_size, "edge of a voxel [m], instead of the scene's")
+  auto command = std::make_shared<CloudCommand>();
+  CLI::App* sub = app.add_subcommand("cloud", "build the procedural clouds of a scene into a .vdb file");
+  sub->add_option("RECIPE", command->recipe, "scene with volumes of type cloud (.toml)")->required();
+  sub->add_option("-o,--output", command->output, "file to write (.vdb)")->required()->type_name("OUT.vdb");
+  sub->add_option("--voxel-size", command->voxel_size, "edge of a voxel [m], instead of the scene's")
       ->check(CLI::PositiveNumber);
   const std::map<std::string, VdbCodec> codecs{{"none", VdbCodec::none}, {"blosc", VdbCodec::blosc}};
-  command->add_option("--codec", arguments->write.codec, "compression of the active voxels")
+  sub->add_option("--codec", command->write.codec, "compression: none or blosc")
+      ->type_name("NAME")
       ->transform(CLI::CheckedTransformer(codecs));
-  command->add_flag("--half", arguments->write.half, "store 16-bit floats");
-  command->add_flag("--quiet", arguments->quiet, "no progress");
-  command->callback([arguments] { run(*arguments); });
+  sub->add_flag("--half", command->write.half, "store densities as 16-bit floats");
+  sub->add_flag("--quiet", command->quiet, "print nothing but errors");
+  sub->footer(
+      "Examples:\n"
+      "  pileus cloud cumulus.toml -o cumulus.vdb\n"
+      "  pileus cloud cumulus.toml -o small.vdb --voxel-size 0.1 --half");
+  sub->callback([command] { command->run(); });
 }
 
 }  // namespace pileus
