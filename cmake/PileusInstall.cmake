@@ -8,6 +8,7 @@ set(include_dir ${CMAKE_INSTALL_INCLUDEDIR}/pileus)
 # One include folder serves <pileus/pileus.h> and the headers' own "lib/core/error.h".
 file(GLOB_RECURSE headers CONFIGURE_DEPENDS RELATIVE ${PROJECT_SOURCE_DIR} lib/*.h pileus/*.h vdb_io/*.h)
 file(STRINGS cmake/private_headers.txt private_headers REGEX "^[^#]")
+set_property(DIRECTORY APPEND PROPERTY CMAKE_CONFIGURE_DEPENDS cmake/private_headers.txt)
 list(REMOVE_ITEM headers ${private_headers})
 foreach(header IN LISTS headers)
   get_filename_component(folder ${header} DIRECTORY)

@@ -26,8 +26,7 @@ std::string read_text(const fs::path& file) {
 
 /// Everything that people write, by path from the root. The rules' own folder quotes what it forbids.
 std::vector<SourceFile> project_files() {
-  const std::set<std::string> extensions = {".h",  ".cpp",  ".txt", ".cmake", ".in",
-                                            ".md", ".toml", ".py",  ".json"};
+  const std::set<std::string> extensions = {".h", ".cpp", ".txt", ".cmake", ".in", ".md", ".toml", ".py"};
   std::vector<SourceFile> files;
   const auto take = [&](const fs::path& file) {
     const std::string path = file.lexically_relative(kRoot).generic_string();
