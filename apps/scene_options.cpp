@@ -42,9 +42,9 @@ void SceneOptions::add_to(CLI::App& command) {
   overriding("--aov", "planes to write: beauty,transmittance,Z,samples,error_estimate",
              [](const std::string& list) { return fmt::format("render.aovs=\"{}\"", list); })
       ->type_name("LIST");
-  command.add_option("--set", overrides, "set any value of the scene; may repeat")
-      ->type_name("path.to.key=value")
-      ->allow_extra_args(false);
+  overriding("--set", "set any value of the scene; may repeat", [](const std::string& assignment) {
+    return assignment;
+  })->type_name("path.to.key=value")->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
 Scene SceneOptions::load() const {

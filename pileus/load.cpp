@@ -78,7 +78,7 @@ irradiance = [3.0, 4.2, 6.2]
 type = "vdb"
 file = {}
 extinction = {}
-phase = {{ type = "two_lobe", g_forward = 0.6, g_backward = -0.25, forward_weight = 0.4 }}
+phase = {{ type = "two_lobe", g_forward = 0.6, g_backward = -0.25, weight = 0.6 }}
 )",
                      eye.x, eye.y, eye.z, center.x, center.y, center.z, kFovDeg, quoted(file.string()),
                      default_extinction(summary));
@@ -99,7 +99,9 @@ std::string grid_override(const std::vector<std::string>& overrides) {
 Scene load_bare_volume(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   const GridSummary summary = summarize_density(file, grid_override(overrides));
   const auto with_camera_at = [&](double distance) {
-    return parse_scene(scene_text(file, summary, distance), file.string(), "", overrides);
+    Scene scene = parse_scene(scene_text(file, summary, distance), "default scene of " + file.string(), "", overrides);
+    scene.file = file.string();
+    return scene;
   };
   // The framing depends on the picture's shape, which the overrides may set: read it, then frame.
   const Vec2i size = with_camera_at(length(summary.bounds.size())).render.size;

@@ -43,9 +43,13 @@ class Registry {
   void add(PluginInfo info);
 
   template <class Kind, class Type>
-  void add(std::string name, std::string summary) {
-    add({Kind::kKind, std::move(name), std::move(summary), m_origin,
-         [] { return std::make_shared<Type>(); }});
+  void add(const std::string& name, std::string summary) {
+    const auto make = [name] {
+      auto plugin = std::make_shared<Type>();
+      plugin->plugin_name = name;
+      return plugin;
+    };
+    add({Kind::kKind, name, std::move(summary), m_origin, make});
   }
 
   const std::vector<PluginInfo>& all() const { return m_plugins; }
