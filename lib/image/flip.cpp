@@ -160,7 +160,7 @@ FeatureKernels feature_kernels(double pixels_per_degree) {
   const int radius = int(std::ceil(3.0 * sigma));
   FeatureKernels kernels{gaussian_kernel(sigma, radius), {}, {}};
   for (int x = -radius; x <= radius; ++x) {
-    const double g = kernels.smooth[size_t(x + radius)];
+    const double g = kernels.smooth[kernels.edge.size()];
     kernels.edge.push_back(-x * g);
     kernels.point.push_back((double(x) * double(x) / (sigma * sigma) - 1.0) * g);
   }
