@@ -75,7 +75,7 @@ void warn_about_size(const GridReport& report, std::vector<std::string>& warning
     const double scale = 10.0 / extent;
     warnings.push_back(
         fmt::format("is {:.3g} m wide, which is unusual; if it was not meant in metres, write `scale = "
-                    "[{:.3g}, {:.3g}, {:.3g}]` to make it 10 m",
+                    "[{:.4g}, {:.4g}, {:.4g}]` to make it 10 m",
                     extent, scale, scale, scale));
   }
 }

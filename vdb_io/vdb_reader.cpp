@@ -148,6 +148,12 @@ void turn_level_set_into_fog(const std::filesystem::path& path, DensityGrid& den
                    density.source.name, density.grid->background()));
   }
   openvdb::tools::sdfToFogVolume(*density.grid, band);
+  for (auto leaf = density.grid->tree().beginLeaf(); leaf; ++leaf) {
+    for (auto value = leaf->beginValueOn(); value; ++value) {
+      if (*value > 1.0f)
+        value.setValue(1.0f);  // a distance saved as half may overshoot the band by its rounding
+    }
+  }
   density.grid->setGridClass(openvdb::GRID_FOG_VOLUME);
   density.notes.push_back(
       fmt::format("level set \"{}\" turned into fog: 1 inside, falling to 0 over {} m below the surface",

@@ -104,7 +104,7 @@ class StructureWalk {
 
   void read_root() {
     constexpr int kUpperSize = 4096;
-    m_file.skip(4, "the number of buffers");
+    if (m_file.get<uint32_t>("the number of buffers") != 1) damaged("a tree has other than one buffer");
     m_file.skip(m_value_bytes, "the background");
     const auto tiles = m_file.get<uint32_t>("the number of root tiles");
     const auto children = m_file.get<uint32_t>("the number of root nodes");

@@ -82,13 +82,13 @@ TEST_F(HostileFile, headers_that_lie) {
 }
 
 TEST_F(HostileFile, an_unpacked_block_larger_than_its_leaf) {
-  // The last block: its size, negative for unpacked, then the only active value. OpenVDB would read a
-  // megabyte into a leaf of two kilobytes.
+  // The last block: its packed size, then 20 bytes of blosc. A negative size means unpacked; OpenVDB would
+  // read a megabyte into a leaf of two kilobytes.
   const std::string sound = sound_bytes(openvdb::io::COMPRESS_ACTIVE_MASK | openvdb::io::COMPRESS_BLOSC);
-  const size_t size_offset = sound.size() - 12;
+  const size_t size_offset = sound.size() - 28;
   int64_t size = 0;
   std::memcpy(&size, sound.data() + size_offset, sizeof size);
-  ASSERT_EQ(size, -4);
+  ASSERT_EQ(size, 20);
   expect_mentions(error_for(patched(sound, size_offset, int64_t(-(1 << 20))) + std::string(1 << 20, 'x')),
                   "is damaged: grid \"density\"");
   expect_mentions(error_for(patched(sound, size_offset, int64_t(1) << 62)), "is damaged");
