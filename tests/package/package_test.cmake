@@ -35,8 +35,10 @@ run("configure" ${CMAKE_COMMAND} -S ${CMAKE_CURRENT_LIST_DIR}/outside -B ${WORK_
     -D CMAKE_CXX_COMPILER=${CXX} -D CMAKE_PREFIX_PATH=${prefix}
     -D PLUGIN=${PLUGIN} -D ALL_HEADERS=${WORK_DIR}/all_headers.cpp)
 run("build" ${CMAKE_COMMAND} --build ${WORK_DIR}/build)
-set(expected "^pileus ${VERSION}\nphase cornette_shanks, p = 0\\.11936.\n$")
-run("run" ${WORK_DIR}/build/outside ${WORK_DIR}/build/cornette_shanks.so)
+set(plugin ${WORK_DIR}/build/cornette_shanks.so)
+set(scene ${CMAKE_CURRENT_LIST_DIR}/outside/scene.toml)
+set(expected "^pileus ${VERSION}\n32 x 18\n$")
+run("render" ${WORK_DIR}/build/outside ${plugin} ${scene} ${WORK_DIR}/find_package.exr)
 expect_output("the program built with find_package" "${expected}")
 
 set(ENV{PKG_CONFIG_PATH} ${prefix}/${LIBDIR}/pkgconfig)
@@ -44,5 +46,13 @@ run("pkg-config" pkg-config --cflags --libs pileus)
 separate_arguments(flags UNIX_COMMAND "${output}")
 run("compile by hand" ${CXX} -std=c++20 ${CMAKE_CURRENT_LIST_DIR}/outside/main.cpp -o ${WORK_DIR}/by_hand ${flags})
 set(ENV{LD_LIBRARY_PATH} ${prefix}/${LIBDIR})
-run("run" ${WORK_DIR}/by_hand ${WORK_DIR}/build/cornette_shanks.so)
+run("render by hand" ${WORK_DIR}/by_hand ${plugin} ${scene} ${WORK_DIR}/pkg_config.exr)
 expect_output("the program built with pkg-config" "${expected}")
+unset(ENV{LD_LIBRARY_PATH})
+
+# The installed program finds its library by itself, takes the plugin from the path, and renders the same picture.
+set(ENV{PILEUS_PLUGIN_PATH} ${WORK_DIR}/build)
+run("plugins" ${prefix}/bin/pileus plugins cornette_shanks)
+expect_output("pileus plugins" "-1 < g < 1")
+run("render with the program" ${prefix}/bin/pileus render ${scene} -o ${WORK_DIR}/program.exr --quiet)
+run("diff" ${prefix}/bin/pileus diff ${WORK_DIR}/find_package.exr ${WORK_DIR}/program.exr --fail "max>0")
