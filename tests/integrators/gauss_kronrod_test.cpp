@@ -20,7 +20,8 @@ double gauss(int degree) {
 }
 
 TEST(GaussKronrod7, integrates_polynomials_up_to_its_degree) {
-  for (int degree = 0; degree <= 11; ++degree) EXPECT_NEAR(kronrod(degree), 1.0 / (degree + 1), 4e-16) << degree;
+  for (int degree = 0; degree <= 11; ++degree)
+    EXPECT_NEAR(kronrod(degree), 1.0 / (degree + 1), 4e-16) << degree;
   for (int degree = 0; degree <= 5; ++degree) EXPECT_NEAR(gauss(degree), 1.0 / (degree + 1), 4e-16) << degree;
 }
 
