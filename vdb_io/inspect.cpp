@@ -126,7 +126,8 @@ VdbReport inspect_vdb(const std::filesystem::path& path, const std::string& grid
   const VdbDirectory& directory = report.directory;
   if (directory.grids.empty()) report.warnings.push_back("the file holds no grids");
   try {
-    report.default_grid = choose_grid(path, directory, "").name;
+    const VdbGridEntry& chosen = choose_grid(path, directory, "");
+    if (chosen.is_scalar() && chosen.grid_class != "level set") report.default_grid = chosen.name;
   } catch (const Error&) {
     if (!directory.grids.empty()) {
       report.warnings.push_back(

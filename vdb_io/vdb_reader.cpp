@@ -4,7 +4,6 @@
 #include <cmath>
 
 #include <openvdb/io/File.h>
-#include <openvdb/tools/LevelSetUtil.h>
 
 #include "lib/core/error.h"
 #include "vdb_io/openvdb_library.h"
@@ -130,33 +129,46 @@ openvdb::FloatGrid::Ptr as_float(const openvdb::GridBase::Ptr& grid) {
   return converted<openvdb::BoolGrid>(grid);
 }
 
-/// A level set's distances become 1 inside, falling to 0 at the surface over at most three voxels: narrow
-/// bands are that wide, and files that store "far" as 10000 would otherwise fade over 10000 metres.
-void turn_level_set_into_fog(const std::filesystem::path& path, DensityGrid& density) {
-  const ValueCounts distances = count_values(*density.grid);
-  if (distances.nan + distances.infinite > 0) {
-    fail(path, fmt::format(
-                   "level set \"{}\" holds {} NaN and {} infinite distances; expected finite ones; repair it "
-                   "where it was made",
-                   density.source.name, distances.nan, distances.infinite));
-  }
-  const double voxel = density.grid->voxelSize().length() / std::sqrt(3.0);
-  const float band = float(std::min(double(density.grid->background()), 3.0 * voxel));
-  if (!(band > 0.0f)) {
-    fail(path, fmt::format(
-                   "level set \"{}\" has the background {}; expected the half width of its narrow band, > 0",
-                   density.source.name, density.grid->background()));
-  }
-  openvdb::tools::sdfToFogVolume(*density.grid, band);
-  for (auto leaf = density.grid->tree().beginLeaf(); leaf; ++leaf) {
-    for (auto value = leaf->beginValueOn(); value; ++value) {
-      if (*value > 1.0f)
-        value.setValue(1.0f);  // a distance saved as half may overshoot the band by its rounding
+/// Replaces every distance by the density of the filled surface: 0 outside and on it, 1 from `band` inwards.
+void fill_inside(openvdb::FloatTree& tree, float band) {
+  const auto density = [&](float distance) { return std::clamp(-distance / band, 0.0f, 1.0f); };
+  for (auto leaf = tree.beginLeaf(); leaf; ++leaf) {
+    for (auto voxel = leaf->beginValueAll(); voxel; ++voxel) {
+      voxel.setValue(density(*voxel));
+      voxel.setValueOn(*voxel > 0.0f);
     }
   }
+  auto tile = tree.beginValueAll();
+  tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1);
+  for (; tile; ++tile) {
+    tile.setValue(density(*tile));
+    tile.setActiveState(*tile > 0.0f);
+  }
+  tree.root().setBackground(0.0f, /*updateChildNodes=*/false);
+}
+
+/// The ramp is as wide as narrow bands usually are, whatever the file's background: some store "far" as
+/// 10000, or a background of 0.
+void turn_level_set_into_fog(const std::filesystem::path& path, DensityGrid& density) {
+  constexpr double kBandInVoxels = 3.0;
+  const ValueCounts distances = count_values(*density.grid);
+  if (distances.nan + distances.infinite > 0) {
+    fail(path,
+         fmt::format("level set \"{}\" holds {} NaN and {} infinite distances; expected finite ones; repair "
+                     "it where it was made",
+                     density.source.name, distances.nan, distances.infinite));
+  }
+  if (density.grid->background() < 0.0f || std::isnan(density.grid->background())) {
+    fail(path,
+         fmt::format("level set \"{}\" has the background {}: all of space would be inside; expected one > 0",
+                     density.source.name, density.grid->background()));
+  }
+  const Vec3d edges = voxel_edges(world_from_index(path, *density.grid));
+  const double band = kBandInVoxels * std::cbrt(edges.x * edges.y * edges.z);
+  fill_inside(density.grid->tree(), float(band));
   density.grid->setGridClass(openvdb::GRID_FOG_VOLUME);
   density.notes.push_back(
-      fmt::format("level set \"{}\" turned into fog: 1 inside, falling to 0 over {} m below the surface",
+      fmt::format("level set \"{}\" turned into fog: 0 at the surface, 1 from {:.4g} m inwards",
                   density.source.name, band));
 }
 
@@ -242,6 +254,7 @@ DensityGrid read_density_grid(const std::filesystem::path& path, const VdbReadOp
 
   density.grid = read_scalar_grid(path, directory, density.source);
   world_from_index(path, *density.grid);
+  if (is_level_set) turn_level_set_into_fog(path, density);
   if (density.grid->activeVoxelCount() == 0) {
     fail(path, fmt::format(
                    "grid \"{}\" is empty (0 active voxels); expected a density; choose another grid or frame",
@@ -255,7 +268,6 @@ DensityGrid read_density_grid(const std::filesystem::path& path, const VdbReadOp
     density.notes.push_back(fmt::format("grid \"{}\" has no class; taken as a fog volume", name));
   }
 
-  if (is_level_set) turn_level_set_into_fog(path, density);
   if (density.grid->background() != 0.0f) {
     fail(path,
          fmt::format(

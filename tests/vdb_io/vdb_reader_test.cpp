@@ -84,9 +84,20 @@ TEST(ReadDensity, fills_a_level_set_on_request_only) {
   EXPECT_EQ(fog.values.max, 1.0);
   EXPECT_GE(fog.values.min, 0.0);
   EXPECT_EQ(fog.grid->background(), 0.0f);
-  // A sphere of 125 voxels less the band: its volume in voxels, to the ramp's accuracy.
-  const double radius = 0.5 * (125 - 6);
-  EXPECT_NEAR(double(fog.grid->activeVoxelCount()), 4.0 / 3.0 * M_PI * std::pow(radius, 3), 0.05 * 9e5);
+  // The active voxels are those inside: the sphere has a radius of 60 voxels (and its band 3 on either side).
+  const double volume = 4.0 / 3.0 * M_PI * std::pow(60.0, 3);
+  EXPECT_NEAR(double(fog.grid->activeVoxelCount()), volume, 0.002 * volume);
+}
+
+TEST(ReadDensity, fills_level_sets_without_a_narrow_band) {
+  PILEUS_REAL_FILE(path, "vdb/blender_gas_0010.vdb");  // background 0, and 10000 for "far"
+  const DensityGrid fog =
+      read_density_grid(path, {.grid = "phi_obstacle", .level_set = LevelSetPolicy::to_fog});
+  EXPECT_EQ(fog.grid->activeVoxelCount(), 65107u);  // its negative distances
+  EXPECT_LE(fog.values.max, 1.0);
+  expect_mentions(
+      error_of([&] { read_density_grid(path, {.grid = "phi_out", .level_set = LevelSetPolicy::to_fog}); }),
+      "is empty");
 }
 
 class Reader : public testing::Test {
