@@ -8,6 +8,7 @@
 #include <string>
 #include <vector>
 
+#include "lib/core/error.h"
 #include "lib/image/image.h"
 #include "lib/image/image_io.h"
 #include "lib/scene/effect_plan.h"
