@@ -31,6 +31,8 @@ namespace pileus {
 namespace {
 
 constexpr double kTightest = 1e-9;    ///< relative error aimed at where the tolerance asks for less
+constexpr int kFirstHalvings = 4;     ///< of every run of cells, so that no filament slips between the points
+constexpr double kSafety = 2.0;       ///< error reported for each unit of |7-point - 3-point|
 constexpr double kOpaqueTau = 745.0;  ///< exp(-tau) is 0 beyond
 constexpr size_t kMaxPanels = 4096;   ///< per ray; what is left of the error then is reported
 
@@ -174,7 +176,7 @@ class ExactTile {
       if (most <= 1e-3 * m_tolerance) {
         error += most;
       } else {
-        add({first, last, spans[first].t0, spans[last - 1].t1});
+        add_divided({first, last, spans[first].t0, spans[last - 1].t1}, kFirstHalvings, add);
       }
     });
     size_t count = panels.size();
@@ -215,6 +217,15 @@ class ExactTile {
     }
   }
 
+  /// Adds a panel in 2^halvings parts, fewer where it has fewer spans.
+  template <class Add>
+  void add_divided(const Panel& panel, int halvings, Add&& add) {
+    if (halvings == 0 || panel.in_one_span()) return add(panel);
+    const auto [near, far] = halves(panel);
+    add_divided(near, halvings - 1, add);
+    add_divided(far, halvings - 1, add);
+  }
+
   bool is_divisible(const Panel& panel) const {
     return !panel.in_one_span() || panel.t1 - panel.t0 > 1e-12 * std::max(1.0, std::abs(panel.t1));
   }
@@ -249,7 +260,7 @@ class ExactTile {
       gauss += node.gauss * f;
     }
     panel.value = kronrod;
-    panel.error = largest(kronrod - gauss);
+    panel.error = kSafety * largest(kronrod - gauss);
   }
 
   /// The integrand over x in [0, 1] with the distance as variable: source * sigma_t * T * dt/dx.

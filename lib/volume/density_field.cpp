@@ -25,7 +25,11 @@ double density_at(const DensityPiece& piece, double t) {
 
 double column_to(const DensityPiece& piece, double t) {
   const double s = std::clamp(t, piece.t0, piece.t1) - piece.t0;
-  if (piece.rate != 0.0) return piece.rho[0] * s * phi1(-piece.rate * s);
+  if (piece.rate != 0.0) {
+    // From the denser end, so that the exponent is never positive.
+    const double denser = piece.rho[0] * std::exp(std::max(0.0, piece.rate * s));
+    return denser * s * phi1(std::abs(piece.rate) * s);
+  }
   // The integral of a cubic in Bernstein form is a quartic whose control values are the running sums of the
   // cubic's, times h / 4; its first control value is 0, so every term has the factor u.
   const double u = local_parameter(piece, t), v = 1.0 - u;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 #include <utility>
 
 #include <nanovdb/NanoVDB.h>
@@ -16,17 +17,17 @@ namespace {
 
 using Corners = std::array<double, 8>;
 
-/// Parameter at which a ray crosses the integer plane `plane` of an axis; always from the integer, so that no
-/// error piles up along the ray.
-double crossing(const Ray& ray, int axis, int plane) {
-  return (plane - ray.o[axis]) / ray.d[axis];
-}
+/// A stretch of the ray inside one cell, or inside a box of equal values.
+struct CellVisit {
+  double t0, t1;    ///< [m]
+  Corners corners;  ///< x fastest
+  Vec3d p, q;       ///< entry and exit in cell coordinates, [0, 1]^3
+};
 
-/// A box of cells, [lo, hi), in which the field is alike all over.
-struct CellBox {
-  enum class Kind { empty, constant, cell } kind = Kind::empty;
+/// A box of cells, [lo, hi), in which all values are alike.
+struct Tile {
   Vec3i lo, hi;
-  double value = 0.0;  ///< of a constant box
+  double value;
 };
 
 /// Finds cells and their corner values through a cached accessor. One per ray.
@@ -34,44 +35,131 @@ class CellReader {
  public:
   explicit CellReader(const nanovdb::FloatGrid& grid) : m_accessor(grid.getAccessor()) {}
 
-  /// The largest box around a cell that is known to be empty or constant; the cell alone where it is neither.
-  CellBox box_around(const Vec3i& cell) {
-    const nanovdb::Coord ijk(cell.x, cell.y, cell.z);
-    if (m_accessor.probeLeaf(ijk)) return {CellBox::Kind::cell, cell, cell + Vec3i(1)};
-    float value = 0.0f;
-    const bool active = m_accessor.probeValue(ijk, value);
-    const int dim = int(m_accessor.getDim(ijk, 0));
-    const Vec3i lo(cell.x & ~(dim - 1), cell.y & ~(dim - 1), cell.z & ~(dim - 1));
-    if (!active && value == 0.0f) return {CellBox::Kind::empty, lo, lo + Vec3i(dim)};
-    // The last layer of a tile's cells interpolates towards its neighbours.
-    const bool interior = cell.x < lo.x + dim - 1 && cell.y < lo.y + dim - 1 && cell.z < lo.z + dim - 1;
-    if (interior) return {CellBox::Kind::constant, lo, lo + Vec3i(dim - 1), value};
-    return {CellBox::Kind::cell, cell, cell + Vec3i(1)};
+  /// True where the cell's lower corner lies in a leaf: its corners must then be read.
+  bool is_in_leaf(const Vec3i& cell) {
+    const Vec3i origin(cell.x & ~7, cell.y & ~7, cell.z & ~7);
+    if (!m_leaf || origin != m_leaf_origin) {
+      m_leaf = m_accessor.probeLeaf(nanovdb::Coord(cell.x, cell.y, cell.z));
+      m_leaf_origin = origin;
+    }
+    return m_leaf != nullptr;
   }
 
-  /// The values at the cell's corners, x fastest; false where all are 0.
-  bool corners(const Vec3i& cell, Corners& values) {
+  /// The largest box of equal values around a cell that is in no leaf. The last layer of cells of a tile with
+  /// a value interpolates towards its neighbours: there the answer is none, and the cell is read like one in
+  /// a leaf.
+  std::optional<Tile> tile_around(const Vec3i& cell) {
     const nanovdb::Coord ijk(cell.x, cell.y, cell.z);
-    const auto* leaf = m_accessor.probeLeaf(ijk);
-    const bool inside_leaf = leaf && (cell.x & 7) < 7 && (cell.y & 7) < 7 && (cell.z & 7) < 7;
-    if (inside_leaf) {
+    float value = 0.0f;
+    m_accessor.probeValue(ijk, value);
+    const int dim = int(m_accessor.getDim(ijk, 0));
+    const Vec3i lo(cell.x & ~(dim - 1), cell.y & ~(dim - 1), cell.z & ~(dim - 1));
+    if (value == 0.0f) return Tile{lo, lo + Vec3i(dim), 0.0};
+    const bool is_interior = cell.x < lo.x + dim - 1 && cell.y < lo.y + dim - 1 && cell.z < lo.z + dim - 1;
+    if (!is_interior) return std::nullopt;
+    return Tile{lo, lo + Vec3i(dim - 1), value};
+  }
+
+  /// The values at the cell's corners; false where all are 0.
+  bool read_corners(const Vec3i& cell, Corners& values) {
+    const bool is_whole = is_in_leaf(cell) && (cell.x & 7) < 7 && (cell.y & 7) < 7 && (cell.z & 7) < 7;
+    if (is_whole) {
       // Leaf values are ordered z fastest: x strides 64, y 8, z 1.
-      const float* at = leaf->data()->mValues + nanovdb::NanoLeaf<float>::CoordToOffset(ijk);
+      const float* at = m_leaf->data()->mValues + ((cell.x & 7) << 6 | (cell.y & 7) << 3 | (cell.z & 7));
       values = {at[0], at[64], at[8], at[72], at[1], at[65], at[9], at[73]};
     } else {
+      const nanovdb::Coord ijk(cell.x, cell.y, cell.z);
       for (int n = 0; n < 8; ++n) {
         values[size_t(n)] = m_accessor.getValue(ijk.offsetBy(n & 1, (n >> 1) & 1, n >> 2));
       }
     }
-    return std::any_of(values.begin(), values.end(), [](double v) { return v != 0.0; });
+    // Densities are >= 0, so the sum is 0 only where all are.
+    return ((values[0] + values[1]) + (values[2] + values[3])) +
+               ((values[4] + values[5]) + (values[6] + values[7])) >
+           0.0;
   }
 
  private:
   nanovdb::DefaultReadAccessor<float> m_accessor;
+  const nanovdb::NanoLeaf<float>* m_leaf = nullptr;
+  Vec3i m_leaf_origin;
+};
+
+/// Steps from cell to cell along a ray in index space. Every crossing parameter comes from the integer plane,
+/// never from the one before, so no error piles up; each step enters the cell behind a plane, so it always
+/// moves on; and the lengths add up to the whole by telescoping (METHODS §9.6). Axes along which the ray does
+/// not move are never crossed.
+class CellStepper {
+ public:
+  CellStepper(const Ray& index_ray, const Vec3i& first_cell) : cell(first_cell), m_ray(index_ray) {
+    for (int axis = 0; axis < 3; ++axis) {
+      m_inverse[axis] = m_ray.d[axis] == 0.0 ? 0.0 : 1.0 / m_ray.d[axis];
+      m_forward[axis] = m_ray.d[axis] > 0.0;
+    }
+    for (int axis = 0; axis < 3; ++axis) m_exit[axis] = crossing(axis, cell[axis] + m_forward[axis]);
+  }
+
+  /// Where the ray leaves the present cell.
+  double exit() const { return m_exit[exit_axis()]; }
+
+  /// Enters the next cell; returns the axis of the plane that was crossed.
+  int step() {
+    const int axis = exit_axis();
+    cell[axis] += m_forward[axis] ? 1 : -1;
+    m_exit[axis] = crossing(axis, cell[axis] + m_forward[axis]);
+    return axis;
+  }
+
+  /// Where the ray leaves a box of cells around the present one.
+  double exit_of(const Tile& tile, int& axis) const {
+    double t = std::numeric_limits<double>::infinity();
+    axis = 0;
+    for (int k = 0; k < 3; ++k) {
+      const double t_k = crossing(k, m_forward[k] ? tile.hi[k] : tile.lo[k]);
+      if (t_k < t) t = t_k, axis = k;
+    }
+    return t;
+  }
+
+  /// Enters the cell behind the plane of `axis` through which the ray leaves the tile at t. The other two
+  /// indices come from the position, kept inside the tile just left.
+  void leap(const Tile& tile, int axis, double t) {
+    for (int k = 0; k < 3; ++k) {
+      const double p = std::floor(m_ray.o[k] + t * m_ray.d[k]);
+      cell[k] = int(std::clamp(p, double(tile.lo[k]), double(tile.hi[k] - 1)));
+    }
+    cell[axis] = m_forward[axis] ? tile.hi[axis] : tile.lo[axis] - 1;
+    for (int k = 0; k < 3; ++k) m_exit[k] = crossing(k, cell[k] + m_forward[k]);
+  }
+
+  Vec3i cell;
+
+ private:
+  double crossing(int axis, int plane) const {
+    return m_ray.d[axis] == 0.0 ? std::numeric_limits<double>::infinity()
+                                : (plane - m_ray.o[axis]) * m_inverse[axis];
+  }
+  int exit_axis() const {
+    if (m_exit[0] <= m_exit[1]) return m_exit[0] <= m_exit[2] ? 0 : 2;
+    return m_exit[1] <= m_exit[2] ? 1 : 2;
+  }
+
+  const Ray& m_ray;
+  double m_inverse[3], m_exit[3];
+  bool m_forward[3];
 };
 
 Vec3d clamp_to_unit(const Vec3d& p) {
   return {std::clamp(p.x, 0.0, 1.0), std::clamp(p.y, 0.0, 1.0), std::clamp(p.z, 0.0, 1.0)};
+}
+
+/// Mean density between entry and exit: the 2-point Gauss rule, exact for the cubic, a convex sum of corner
+/// values.
+double mean_density(const CellVisit& visit) {
+  constexpr double kNear = 0.21132486540518711775;  // (1 - 1/sqrt(3)) / 2
+  const Vec3d across = visit.q - visit.p;
+  return 0.5 * (trilinear(visit.corners, visit.p + kNear * across) +
+                trilinear(visit.corners, visit.q - kNear * across));
 }
 
 class GridField final : public DensityField {
@@ -113,16 +201,16 @@ class GridField final : public DensityField {
 
   void append_pieces(const Ray& ray, Segment segment, std::vector<DensityPiece>& pieces,
                      FieldCounters& counters) const override {
-    walk(ray, segment, counters, [&](double t0, double t1, const std::array<double, 4>& rho) {
-      pieces.push_back({t0, t1, rho});
+    walk(ray, segment, counters, [&](const CellVisit& visit) {
+      pieces.push_back({visit.t0, visit.t1, trilinear_bernstein(visit.corners, visit.p, visit.q)});
       return true;
     });
   }
 
   double column(const Ray& ray, Segment segment, double enough, FieldCounters& counters) const override {
     double sum = 0.0;
-    walk(ray, segment, counters, [&](double t0, double t1, const std::array<double, 4>& rho) {
-      sum += 0.25 * (t1 - t0) * ((rho[0] + rho[1]) + (rho[2] + rho[3]));
+    walk(ray, segment, counters, [&](const CellVisit& visit) {
+      sum += (visit.t1 - visit.t0) * mean_density(visit);
       return sum < enough;
     });
     return sum;
@@ -139,7 +227,7 @@ class GridField final : public DensityField {
       if (!in_bounds(p)) continue;
       ++counters.density_samples;
       const Vec3i cell(int(std::floor(p.x)), int(std::floor(p.y)), int(std::floor(p.z)));
-      if (reader.corners(cell, corners)) rho[i] = trilinear(corners, p - Vec3d(cell.x, cell.y, cell.z));
+      if (reader.read_corners(cell, corners)) rho[i] = trilinear(corners, p - Vec3d(cell.x, cell.y, cell.z));
     }
   }
 
@@ -155,41 +243,48 @@ class GridField final : public DensityField {
     return p.x >= m_lo.x && p.x < m_hi.x && p.y >= m_lo.y && p.y < m_hi.y && p.z >= m_lo.z && p.z < m_hi.z;
   }
 
-  /// Visits the non-zero cells along the ray in order: visit(t0, t1, control values) returns false to stop.
-  /// Each step ends at the crossing of an integer plane and enters the cell behind that plane, so it always
-  /// moves on, and the lengths add up to the whole stretch by telescoping (METHODS §9.6).
+  /// Visits the non-zero cells and tiles along the ray in order; visit(CellVisit) returns false to stop.
   template <class Visit>
   void walk(const Ray& ray, Segment segment, FieldCounters& counters, Visit&& visit) const {
     const Ray index_ray = to_index(ray);
     segment = clip_to_box(index_ray, segment, m_cells);
-    const bool is_finite = std::isfinite(index_ray.o.length2()) && std::isfinite(index_ray.d.length2());
-    if (segment.empty() || !is_finite) return;
+    const bool is_ray = std::isfinite(index_ray.o.length2()) && std::isfinite(index_ray.d.length2()) &&
+                        index_ray.d != Vec3d(0.0);
+    if (segment.empty() || !is_ray) return;
 
     CellReader reader(*m_grid);
-    Corners corners;
-    Vec3i cell = first_cell(index_ray.at(segment.t0));
-    double t = segment.t0;
-    while (t < segment.t1) {
-      const CellBox box = reader.box_around(cell);
-      const auto [axis, t_exit] = exit_of(index_ray, box);
-      const double t_next = std::clamp(t_exit, t, segment.t1);
-      if (box.kind == CellBox::Kind::empty) {
-        ++counters.leaps;
-      } else if (t_next > t) {
-        ++counters.density_samples;
-        if (box.kind == CellBox::Kind::constant) {
-          if (!visit(t, t_next, {box.value, box.value, box.value, box.value})) return;
-        } else if (reader.corners(cell, corners)) {
-          const Vec3d origin(cell.x, cell.y, cell.z);
-          const Vec3d entry = clamp_to_unit(index_ray.at(t) - origin);
-          const Vec3d exit = clamp_to_unit(index_ray.at(t_next) - origin);
-          if (!visit(t, t_next, trilinear_bernstein(corners, entry, exit))) return;
+    CellStepper stepper(index_ray, first_cell(index_ray.at(segment.t0)));
+    CellVisit now{segment.t0, segment.t0, {}, {}, {}};
+    while (now.t0 < segment.t1) {
+      int axis = 0;
+      const std::optional<Tile> tile =
+          reader.is_in_leaf(stepper.cell) ? std::nullopt : reader.tile_around(stepper.cell);
+      if (tile) {
+        const double t = stepper.exit_of(*tile, axis);
+        now.t1 = std::clamp(t, now.t0, segment.t1);
+        if (tile->value == 0.0) {
+          ++counters.leaps;
+        } else if (now.t1 > now.t0) {
+          ++counters.density_samples;
+          now.corners.fill(tile->value);
+          if (!visit(now)) return;
         }
+        stepper.leap(*tile, axis, t);
+      } else {
+        now.t1 = std::clamp(stepper.exit(), now.t0, segment.t1);
+        if (now.t1 > now.t0) {
+          ++counters.density_samples;
+          if (reader.read_corners(stepper.cell, now.corners)) {
+            const Vec3d origin(stepper.cell);
+            now.p = clamp_to_unit(index_ray.at(now.t0) - origin);
+            now.q = clamp_to_unit(index_ray.at(now.t1) - origin);
+            if (!visit(now)) return;
+          }
+        }
+        axis = stepper.step();
       }
-      if (axis < 0) return;  // no axis moves: the ray has no direction in index space
-      t = t_next;
-      cell = enter_next(index_ray, box, axis, t_exit);
-      if (cell[axis] < m_lo[axis] || cell[axis] >= m_hi[axis]) return;
+      now.t0 = now.t1;
+      if (stepper.cell[axis] < m_lo[axis] || stepper.cell[axis] >= m_hi[axis]) return;
     }
   }
 
@@ -199,29 +294,6 @@ class GridField final : public DensityField {
     for (int axis = 0; axis < 3; ++axis) {
       cell[axis] = int(std::clamp(std::floor(p[axis]), double(m_lo[axis]), double(m_hi[axis] - 1)));
     }
-    return cell;
-  }
-
-  /// The axis through whose plane the ray leaves the box first, and where; axis -1 where it never does.
-  static std::pair<int, double> exit_of(const Ray& ray, const CellBox& box) {
-    std::pair<int, double> exit{-1, std::numeric_limits<double>::infinity()};
-    for (int axis = 0; axis < 3; ++axis) {
-      if (ray.d[axis] == 0.0) continue;
-      const double t = crossing(ray, axis, ray.d[axis] > 0.0 ? box.hi[axis] : box.lo[axis]);
-      if (t < exit.second) exit = {axis, t};
-    }
-    return exit;
-  }
-
-  /// The cell behind the exit plane. The other two indices come from the position, kept inside the box just
-  /// left.
-  static Vec3i enter_next(const Ray& ray, const CellBox& box, int axis, double t_exit) {
-    Vec3i cell;
-    for (int k = 0; k < 3; ++k) {
-      const double p = std::floor(ray.o[k] + t_exit * ray.d[k]);
-      cell[k] = int(std::clamp(p, double(box.lo[k]), double(box.hi[k] - 1)));
-    }
-    cell[axis] = ray.d[axis] > 0.0 ? box.hi[axis] : box.lo[axis] - 1;
     return cell;
   }
 

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <numbers>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "lib/math/transmittance.h"
@@ -46,7 +47,9 @@ irradiance = [1, 1, 1]
                                         c.tau, c.albedo, std::sqrt(1 - c.mu_sun * c.mu_sun), c.mu_sun));
     const RayResult result = scene.trace({{0, 2, 0}, {0, -c.mu_view, std::sqrt(1 - c.mu_view * c.mu_view)}});
     const double expected = slab_reflection(c);
-    if (published[i] > 0) EXPECT_NEAR(expected, published[i], 1e-12 * expected);
+    if (published[i] > 0) {
+      EXPECT_NEAR(expected, published[i], 1e-12 * expected);
+    }
     EXPECT_NEAR(result.radiance.x, expected, 1e-6 * expected) << i;
     EXPECT_NEAR(result.radiance.y, expected * 0.5 / c.albedo, 1e-6 * expected) << i;
     EXPECT_EQ(result.radiance.z, 0.0);

@@ -2,6 +2,7 @@
 // scene lies.
 #include <cmath>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "tests/fixtures/random_grid.h"

@@ -1,6 +1,7 @@
 // The uniform marcher converges to the exact integrator with the order of its rule.
 #include <cmath>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "tests/fixtures/traced_scene.h"
