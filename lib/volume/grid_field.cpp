@@ -100,7 +100,7 @@ class CellStepper {
   }
 
   /// Where the ray leaves the present cell.
-  double exit() const { return m_exit[exit_axis()]; }
+  double t_exit() const { return m_exit[exit_axis()]; }
 
   /// Enters the next cell; returns the axis of the plane that was crossed.
   int step() {
@@ -271,7 +271,7 @@ class GridField final : public DensityField {
         }
         stepper.leap(*tile, axis, t);
       } else {
-        now.t1 = std::clamp(stepper.exit(), now.t0, segment.t1);
+        now.t1 = std::clamp(stepper.t_exit(), now.t0, segment.t1);
         if (now.t1 > now.t0) {
           ++counters.density_samples;
           if (reader.read_corners(stepper.cell, now.corners)) {
