@@ -19,9 +19,10 @@ using Corners = std::array<double, 8>;
 
 /// A stretch of the ray inside one cell, or inside a box of equal values.
 struct CellVisit {
-  double t0, t1;    ///< [m]
-  Corners corners;  ///< x fastest
-  Vec3d p, q;       ///< entry and exit in cell coordinates, [0, 1]^3
+  double t0, t1;           ///< [m]
+  Corners corners{};       ///< x fastest
+  Vec3d p{0.0, 0.0, 0.0};  ///< entry in cell coordinates, [0, 1]^3
+  Vec3d q{0.0, 0.0, 0.0};  ///< exit; neither matters where all corners are alike
 };
 
 /// A box of cells, [lo, hi), in which all values are alike.
@@ -254,7 +255,7 @@ class GridField final : public DensityField {
 
     CellReader reader(*m_grid);
     CellStepper stepper(index_ray, first_cell(index_ray.at(segment.t0)));
-    CellVisit now{segment.t0, segment.t0, {}, {}, {}};
+    CellVisit now{segment.t0, segment.t0};
     while (now.t0 < segment.t1) {
       int axis = 0;
       const std::optional<Tile> tile =
