@@ -16,6 +16,7 @@
 #include <vector>
 
 #include "integrators/lighting.h"
+#include "lib/core/error.h"
 #include "lib/core/param_table.h"
 #include "lib/math/box.h"
 #include "lib/math/compositor.h"
@@ -215,6 +216,21 @@ class UniformTracer final : public Tracer {
   MarchSettings m_settings;
 };
 
+/// A step so short that a ray would never end is a slip of the pen, not a wish for accuracy.
+void check_step(const World& world, double step) {
+  constexpr double kMostSteps = 1e7;  // per ray
+  double longest = 0.0;
+  for (const WorldMedium& medium : world.media)
+    longest = std::max(longest, length(medium.density->bounds().size()));
+  if (longest <= kMostSteps * step) return;
+  throw Error(
+      ErrorKind::usage, SourceLoc{},
+      fmt::format(
+          "integrator \"uniform\": step = {} m makes up to {:.0f} steps per ray through {} m of media; "
+          "expected at most {:.0f}: a step of {} m or more",
+          step, longest / step, longest, kMostSteps, longest / kMostSteps));
+}
+
 struct Uniform final : Integrator {
   double step = 0.0;
   std::string sample = "middle";
@@ -226,8 +242,9 @@ struct Uniform final : Integrator {
 
   std::unique_ptr<const Tracer> prepare(const World& world, const EffectPlan& plan,
                                         const Accuracy& accuracy) const override {
-    const double length = (step > 0.0 ? step : default_step(world)) * accuracy.coarseness;
-    const MarchSettings settings{length, sample == "middle" ? 0.5 : 0.0, accuracy.tolerance / 8.0};
+    const double step_length = (step > 0.0 ? step : default_step(world)) * accuracy.coarseness;
+    check_step(world, step_length);
+    const MarchSettings settings{step_length, sample == "middle" ? 0.5 : 0.0, accuracy.tolerance / 8.0};
     if (plan.scattering && plan.emission)
       return std::make_unique<UniformTracer<true, true>>(world, plan, settings);
     if (plan.scattering) return std::make_unique<UniformTracer<true, false>>(world, plan, settings);

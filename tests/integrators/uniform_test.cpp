@@ -4,6 +4,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "lib/core/error.h"
 #include "tests/fixtures/traced_scene.h"
 
 namespace pileus {
@@ -77,6 +78,15 @@ radiance = [1, 1, 1]
     const double covered = step * std::floor(2.0 / step + 0.5 - 1e-9);
     EXPECT_NEAR(result.transmittance, std::exp(-1.5 * std::min(2.0, covered)), 1e-12) << step;
   }
+}
+
+TEST(Uniform, refuses_a_step_that_would_never_end) {
+  const auto trace_with = [](double step) {
+    return TracedScene(fmt::format("[render]\nintegrator = {{ type = \"uniform\", step = {} }}\n", step) +
+                       "[volume.box]\ntype = \"box\"\n");
+  };
+  EXPECT_THROW(trace_with(1e-12), Error);
+  EXPECT_NO_THROW(trace_with(1e-3));
 }
 
 TEST(Uniform, agrees_with_exact_on_solids) {
