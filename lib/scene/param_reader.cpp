@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <tuple>
 
 namespace pileus {
 namespace {
@@ -86,7 +87,16 @@ std::string describe_node(const toml::node& node) {
   return "a date or time";
 }
 
+std::vector<Diagnostic> ParamReader::sorted_problems() const {
+  std::vector<Diagnostic> sorted = m_problems;
+  std::stable_sort(sorted.begin(), sorted.end(), [](const Diagnostic& a, const Diagnostic& b) {
+    return std::tie(a.loc.line, a.loc.column) < std::tie(b.loc.line, b.loc.column);
+  });
+  return sorted;
+}
+
 SourceLoc ParamReader::loc(const toml::source_region& source) const {
+  if (source.path && *source.path != m_file) return {*source.path};  // an override, not a place in the file
   return {m_file, int(source.begin.line), int(source.begin.column)};
 }
 

@@ -47,6 +47,7 @@ class ParamReader {
   SourceLoc loc(const toml::node& node) const { return loc(node.source()); }
 
   const std::vector<Diagnostic>& problems() const { return m_problems; }
+  std::vector<Diagnostic> sorted_problems() const;  ///< in the order of the file
   const std::vector<PendingReference>& references() const { return m_references; }
 
  private:

@@ -3,6 +3,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "lib/scene/key_depth.h"
 #include "lib/scene/param_reader.h"
 #include "lib/scene/scene.h"
 
@@ -34,6 +35,7 @@ uint64_t hash_text(std::string_view text) {
 }
 
 toml::table parse_toml(std::string_view text, const std::string& name) {
+  check_key_depth(text, name);
   try {
     return toml::parse(text, name);
   } catch (const toml::parse_error& error) {
@@ -43,14 +45,22 @@ toml::table parse_toml(std::string_view text, const std::string& name) {
   }
 }
 
-/// What `value` means on a command line: TOML where it parses, plain text otherwise (so strings need no
-/// quotes).
-toml::table parse_override_value(const std::string& value, const std::string& name) {
+/// A table whose `value` is what the text means on a command line: TOML where it parses, a string otherwise
+/// (so strings need no quotes). `name` becomes the source of the value, for messages.
+toml::table parse_override_value(const std::string& text, const std::string& name) {
   try {
-    return toml::parse("value = " + value, name);
+    toml::table parsed = toml::parse("value = " + text, name);
+    if (parsed.size() == 1) return parsed;
   } catch (const toml::parse_error&) {
-    return toml::table{{"value", value}};
+    try {
+      std::ostringstream quoted;
+      quoted << toml::value<std::string>(text);
+      return toml::parse("value = " + quoted.str(), name);
+    } catch (const toml::parse_error& error) {
+      throw Error(ErrorKind::usage, name, std::string(error.description()));
+    }
   }
+  throw Error(ErrorKind::usage, name, "expected a single value");
 }
 
 /// Applies `path.to.key=value`, making the tables on the way.
@@ -63,10 +73,15 @@ void apply_override(toml::table& root, const std::string& assignment) {
   std::istringstream path(assignment.substr(0, equals));
   std::vector<std::string> keys;
   for (std::string key; std::getline(path, key, '.');) keys.push_back(key);
+  const bool has_gap = assignment[equals - 1] == '.' || std::count(keys.begin(), keys.end(), "") > 0;
+  if (has_gap || keys.size() > kMaxKeyParts) {
+    throw Error(ErrorKind::usage, name, "expected path.to.key=value");
+  }
+  const toml::source_region source{{1, 1}, {1, 1}, std::make_shared<const std::string>(name)};
 
   toml::table* table = &root;
   for (size_t i = 0; i + 1 < keys.size(); ++i) {
-    toml::node& child = table->insert(keys[i], toml::table{}).first->second;
+    toml::node& child = table->insert(toml::key(keys[i], source), toml::table{}).first->second;
     if (!child.is_table()) {
       throw Error(ErrorKind::usage, name,
                   fmt::format("\"{}\" is {}, not a table", keys[i], describe_node(child)));
@@ -74,7 +89,7 @@ void apply_override(toml::table& root, const std::string& assignment) {
     table = child.as_table();
   }
   toml::table value = parse_override_value(assignment.substr(equals + 1), name);
-  table->insert_or_assign(keys.back(), std::move(*value.get("value")));
+  table->insert_or_assign(toml::key(keys.back(), source), std::move(*value.get("value")));
 }
 
 /// Reads the sections of one scene, in the order of the file format.
@@ -95,7 +110,7 @@ class SceneReader {
     m_scene.objects = read_named<Shape>();
     read_freeforms();
     check_references();
-    if (!m_reader.problems().empty()) throw Error(ErrorKind::scene, m_reader.problems());
+    if (!m_reader.problems().empty()) throw Error(ErrorKind::scene, m_reader.sorted_problems());
     return std::move(m_scene);
   }
 
