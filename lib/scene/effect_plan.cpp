@@ -56,6 +56,10 @@ std::set<std::string> parse_aovs(const std::string& list) {
     }
     chosen.insert(name);
   }
+  if (chosen.empty()) {
+    throw Error(ErrorKind::scene, SourceLoc{},
+                fmt::format("no AOV to write; expected some of {}", join_or(known)));
+  }
   return chosen;
 }
 

@@ -23,8 +23,8 @@ struct RayResult {
   double z_first = std::numeric_limits<double>::infinity();  ///< [m] along the ray: first medium or surface
   double z_half =
       std::numeric_limits<double>::infinity();  ///< [m] where the transmittance falls below one half
-  double error = 0.0;                           ///< the integrator's own estimate of the error of `radiance`
-  uint64_t samples = 0;                         ///< density samples and shadow queries spent
+  double error = std::numeric_limits<double>::quiet_NaN();  ///< own estimate for `radiance`; NaN: none
+  uint64_t samples = 0;                                     ///< density samples and shadow queries spent
 };
 
 /// Work done, by name, for the render report. One per tile, summed at the end.
@@ -32,8 +32,8 @@ using Counters = std::map<std::string, uint64_t>;
 
 /// How accurate a render shall be.
 struct Accuracy {
-  double tolerance = 0.0;   ///< absolute error per channel of linear radiance; 0: as exact as the integrator can
-  double coarseness = 1.0;  ///< >= 1: multiplies whatever knob trades accuracy for time (tolerance, step length)
+  double tolerance = 0.0;   ///< absolute error per channel of linear radiance; 0: as exact as can be
+  double coarseness = 1.0;  ///< >= 1: multiplies what trades accuracy for time (tolerance, step length)
 };
 
 /// An integrator made ready for one world. Immutable: trace() is called from many threads at once.
@@ -41,8 +41,8 @@ class Tracer {
  public:
   virtual ~Tracer() = default;
 
-  /// Fills results[i] for rays[i]: one square tile in Morton order. The result of a ray does not depend on the rays
-  /// beside it.
+  /// Fills results[i] for rays[i]: one square tile in Morton order. The result of a ray does not depend on
+  /// the rays beside it.
   virtual void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const = 0;
 };
 
