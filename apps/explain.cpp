@@ -31,7 +31,8 @@ void print_json(const Scene& scene, const EffectPlan& plan) {
   for (const Effect& effect : plan.effects) {
     json["effects"][effect.name] = {{"on", effect.on}, {"reason", effect.reason}};
   }
-  fmt::print("{}\n", json.dump(2));
+  // File names are bytes and need not be UTF-8, which JSON must be.
+  fmt::print("{}\n", json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace));
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ void print_json(const std::vector<const PluginInfo*>& plugins) {
                     {"origin", info->origin},
                     {"params", params_to_json(params)}});
   }
-  fmt::print("{}\n", list.dump(2));
+  fmt::print("{}\n", list.dump(2, ' ', false, Json::error_handler_t::replace));
 }
 
 /// The plugins of a name or a kind; all where `wanted` is empty.

@@ -9,6 +9,7 @@ namespace pileus {
 namespace {
 
 constexpr const char* kDoneChannel = "done";
+constexpr const char* kErrorChannel = "checkpoint_error";
 constexpr const char* kFingerprint = "checkpointOf";
 
 }  // namespace
@@ -17,6 +18,7 @@ void save_checkpoint(const std::filesystem::path& file, const std::string& finge
                      const TileGrid& tiles) {
   Image image = film.image();
   image.metadata[kFingerprint] = fingerprint;
+  image.add(kErrorChannel).values = film.errors();
   Channel& done = image.add(kDoneChannel);
   for (size_t tile = 0; tile < tiles.count(); ++tile) {
     if (!tiles.is_done(tile)) continue;
@@ -34,9 +36,10 @@ void load_checkpoint(const std::filesystem::path& file, const std::string& finge
   const auto found = saved.metadata.find(kFingerprint);
   const auto* belongs_to = found == saved.metadata.end() ? nullptr : std::get_if<std::string>(&found->second);
   const Channel* done = saved.find(kDoneChannel);
+  const Channel* errors = saved.find(kErrorChannel);
   Image& image = film.image();
-  const bool fits = belongs_to && *belongs_to == fingerprint && done && saved.width == image.width &&
-                    saved.height == image.height &&
+  const bool fits = belongs_to && *belongs_to == fingerprint && done && errors &&
+                    saved.width == image.width && saved.height == image.height &&
                     std::all_of(image.channels.begin(), image.channels.end(),
                                 [&](const Channel& channel) { return saved.find(channel.name); });
   if (!fits) {
@@ -44,6 +47,7 @@ void load_checkpoint(const std::filesystem::path& file, const std::string& finge
                 "is a checkpoint of another scene or other settings; remove it to start afresh");
   }
   for (Channel& channel : image.channels) channel.values = saved.find(channel.name)->values;
+  film.errors() = errors->values;
   for (size_t tile = 0; tile < tiles.count(); ++tile) {
     const Vec2i corner = tiles.pixels(tile).front();
     if (done->values[size_t(corner.y) * size_t(image.width) + size_t(corner.x)] == 1.0f) tiles.set_done(tile);

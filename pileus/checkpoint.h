@@ -8,8 +8,8 @@
 
 namespace pileus {
 
-// A checkpoint is an EXR file with the film's planes and one more, "done", that is 1 where the pixel is
-// final. Floats come back bit for bit, so a resumed picture equals one that was never interrupted.
+// A checkpoint is an EXR file with the film's planes its error estimates and "done", which is 1 where the
+// pixel is final. Floats come back bit for bit, so a resumed picture equals one that was never interrupted.
 
 /// Writes what is done so far, atomically. `fingerprint` says which render it belongs to.
 void save_checkpoint(const std::filesystem::path& file, const std::string& fingerprint, const Film& film,

@@ -24,6 +24,11 @@ class Film {
   std::optional<double> max_error() const;
   std::optional<double> mean_error() const;
 
+  /// The error estimates, one per pixel: a checkpoint keeps them, so that a resumed render reports all of
+  /// them.
+  std::vector<float>& errors() { return m_errors; }
+  const std::vector<float>& errors() const { return m_errors; }
+
   Image& image() { return m_image; }
   const Image& image() const { return m_image; }
 

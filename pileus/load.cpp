@@ -99,7 +99,8 @@ std::string grid_override(const std::vector<std::string>& overrides) {
 Scene load_bare_volume(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   const GridSummary summary = summarize_density(file, grid_override(overrides));
   const auto with_camera_at = [&](double distance) {
-    Scene scene = parse_scene(scene_text(file, summary, distance), "default scene of " + file.string(), "", overrides);
+    Scene scene =
+        parse_scene(scene_text(file, summary, distance), "default scene of " + file.string(), "", overrides);
     scene.file = file.string();
     return scene;
   };

@@ -46,7 +46,8 @@ std::string to_json(const RenderReport& report) {
                             {"mean", or_null(report.mean_error_estimate)}};
   json["nan_pixels"] = report.nan_pixels;
   json["warnings"] = report.warnings;
-  return json.dump(2) + "\n";
+  // File names are bytes and need not be UTF-8, which JSON must be.
+  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace pileus
