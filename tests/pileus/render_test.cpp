@@ -1,0 +1,332 @@
+// render(): the same pixels however they are computed, and planes that mean what they say.
+#include <algorithm>
+#include <atomic>
+#include <cmath>
+#include <cstring>
+#include <limits>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "pileus/pileus.h"
+#include "tests/fixtures/temp_folder.h"
+
+namespace pileus {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// All effects at once, in a picture that no tile divides evenly.
+const std::string kScene = R"(pileus = 1
+[render]
+size = [50, 37]
+aovs = "beauty,transmittance,Z,samples,error_estimate"
+[camera]
+type = "perspective"
+position = [0, 1, 5]
+[background]
+type = "gradient"
+[light.sun]
+type = "sun"
+[light.lamp]
+type = "point"
+position = [1, 1, 1]
+intensity = [3, 2, 1]
+[object.ground]
+type = "plane"
+point = [0, -1, 0]
+[object.ball]
+type = "sphere"
+center = [1, -0.5, 0]
+radius = 0.5
+[volume.cloud]
+type = "ellipsoid"
+extinction = 2
+phase = { type = "hg", g = 0.5 }
+[volume.fog]
+type = "box"
+min = [-3, -1, -3]
+max = [3, 0, 3]
+extinction = 0.3
+emission = [0, 0, 0.1]
+)";
+
+Scene scene_of(const std::string& text, const std::vector<std::string>& overrides = {}) {
+  return parse_scene(text, "test", "", overrides);
+}
+
+Image image_of(const std::string& text, const std::vector<std::string>& overrides = {},
+               const RenderOptions& options = {}) {
+  return render(scene_of(text, overrides), options).image;
+}
+
+float pixel(const Image& image, const char* channel, int x, int y) {
+  return image.find(channel)->values.at(size_t(y) * size_t(image.width) + size_t(x));
+}
+
+/// Bit for bit: also NaN and -0 count.
+void expect_same_pixels(const Image& a, const Image& b) {
+  ASSERT_EQ(a.channels.size(), b.channels.size());
+  for (size_t c = 0; c < a.channels.size(); ++c) {
+    const auto &x = a.channels[c].values, &y = b.channels[c].values;
+    ASSERT_EQ(a.channels[c].name, b.channels[c].name);
+    ASSERT_EQ(x.size(), y.size());
+    EXPECT_EQ(std::memcmp(x.data(), y.data(), x.size() * sizeof(float)), 0) << a.channels[c].name;
+  }
+}
+
+struct EveryIntegrator : testing::TestWithParam<const char*> {
+  std::string integrator() const { return std::string("render.integrator=") + GetParam(); }
+};
+INSTANTIATE_TEST_SUITE_P(Render, EveryIntegrator, testing::Values("exact", "uniform"),
+                         [](const auto& test) { return std::string(test.param); });
+
+TEST_P(EveryIntegrator, pixels_do_not_depend_on_the_number_of_threads) {
+  RenderOptions options;
+  options.threads = 1;
+  const Image one = image_of(kScene, {integrator()}, options);
+  for (const int threads : {2, 7}) {
+    options.threads = threads;
+    const Rendering many = render(scene_of(kScene, {integrator()}), options);
+    EXPECT_EQ(many.report.threads, threads);
+    expect_same_pixels(many.image, one);
+  }
+}
+
+TEST_P(EveryIntegrator, a_crop_has_the_pixels_of_the_whole_picture) {
+  const Image whole = image_of(kScene, {integrator()});
+  for (const Crop crop : {Crop{0, 0, 1, 1}, Crop{7, 5, 41, 30}, Crop{49, 36, 50, 37}, Crop{0, 20, 50, 21}}) {
+    RenderOptions options;
+    options.crop = crop;
+    const Image part = image_of(kScene, {integrator()}, options);
+    ASSERT_EQ(part.width, crop.x1 - crop.x0);
+    ASSERT_EQ(part.height, crop.y1 - crop.y0);
+    for (const Channel& channel : part.channels) {
+      for (int y = 0; y < part.height; ++y) {
+        for (int x = 0; x < part.width; ++x) {
+          const float got = pixel(part, channel.name.c_str(), x, y);
+          const float expected = pixel(whole, channel.name.c_str(), crop.x0 + x, crop.y0 + y);
+          ASSERT_EQ(std::memcmp(&got, &expected, sizeof(float)), 0)
+              << channel.name << " at " << x << ", " << y;
+        }
+      }
+    }
+  }
+}
+
+TEST_P(EveryIntegrator, alpha_is_one_minus_transmittance) {
+  const Image image = image_of(kScene, {integrator(), "object={}"});
+  float least = 1.0f, most = 0.0f;
+  for (int y = 0; y < image.height; ++y) {
+    for (int x = 0; x < image.width; ++x) {
+      const float alpha = pixel(image, "A", x, y);
+      EXPECT_NEAR(alpha, 1.0f - pixel(image, "transmittance", x, y), 6e-8) << "but for rounding to floats";
+      least = std::min(least, alpha), most = std::max(most, alpha);
+    }
+  }
+  EXPECT_EQ(least, 0.0f);
+  EXPECT_GT(most, 0.9f);
+}
+
+TEST_P(EveryIntegrator, pixel_samples_average_a_regular_grid_of_rays) {
+  const std::string planes = "render.aovs=beauty,transmittance,samples";
+  const Image fine = image_of(kScene, {integrator(), planes, "render.size=[48, 36]"});
+  const Image mean =
+      image_of(kScene, {integrator(), planes, "render.size=[16, 12]", "render.pixel_samples=3"});
+  for (const char* name : {"R", "G", "B", "A", "transmittance"}) {
+    for (int y = 0; y < mean.height; ++y) {
+      for (int x = 0; x < mean.width; ++x) {
+        double sum = 0.0;
+        for (int n = 0; n < 9; ++n) sum += pixel(fine, name, 3 * x + n % 3, 3 * y + n / 3);
+        // The rays differ in their last digits only.
+        EXPECT_NEAR(pixel(mean, name, x, y), sum / 9.0, 1e-5) << name << " at " << x << ", " << y;
+      }
+    }
+  }
+}
+
+TEST_P(EveryIntegrator, cancelling_throws_and_leaves_no_picture) {
+  for (const int after : {0, 5}) {
+    std::atomic<int> polls{0};
+    RenderOptions options;
+    options.is_cancelled = [&] { return ++polls > after; };
+    try {
+      image_of(kScene, {integrator()}, options);
+      ADD_FAILURE() << "was not cancelled";
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::cancelled);
+    }
+  }
+}
+
+TEST_P(EveryIntegrator, a_render_resumed_again_and_again_equals_a_whole_one) {
+  const TempFolder folder;
+  RenderOptions options;
+  options.threads = 2;
+  options.checkpoint = folder / "checkpoint.exr";
+  const Rendering whole = render(scene_of(kScene, {integrator()}));
+  Rendering resumed;
+  int attempts = 0;
+  for (bool done = false; !done; ++attempts) {
+    ASSERT_LT(attempts, 12) << "each finishes some of the 12 tiles";
+    std::atomic<int> tiles{-1};  // the first call of progress has none
+    options.progress = [&](double) { ++tiles; };
+    options.is_cancelled = [&] { return tiles >= 3; };
+    try {
+      resumed = render(scene_of(kScene, {integrator()}), options);
+      done = true;
+    } catch (const Error& error) {
+      ASSERT_EQ(error.kind(), ErrorKind::cancelled);
+      ASSERT_TRUE(std::filesystem::exists(options.checkpoint));
+    }
+  }
+  EXPECT_GT(attempts, 2);
+  EXPECT_FALSE(std::filesystem::exists(options.checkpoint)) << "a finished render needs none";
+  expect_same_pixels(resumed.image, whole.image);
+  EXPECT_EQ(resumed.report.max_error_estimate, whole.report.max_error_estimate);
+  EXPECT_EQ(resumed.report.mean_error_estimate, whole.report.mean_error_estimate);
+}
+
+TEST(Render, a_checkpoint_of_another_render_is_refused) {
+  const TempFolder folder;
+  RenderOptions options;
+  options.checkpoint = folder / "checkpoint.exr";
+  options.is_cancelled = [] { return true; };
+  EXPECT_THROW(image_of(kScene, {}, options), Error);
+  options.is_cancelled = nullptr;
+  const auto refusal = [&](const std::vector<std::string>& overrides, const RenderOptions& changed) {
+    try {
+      image_of(kScene, overrides, changed);
+    } catch (const Error& error) {
+      EXPECT_EQ(error.kind(), ErrorKind::usage);
+      return true;
+    }
+    return false;
+  };
+  EXPECT_TRUE(refusal({"render.tolerance=0.1"}, options));
+  EXPECT_TRUE(refusal({"render.size=[50, 38]"}, options));
+  EXPECT_TRUE(refusal({"render.aovs=beauty"}, options));
+  RenderOptions cropped = options;
+  cropped.crop = Crop{0, 0, 10, 10};
+  EXPECT_TRUE(refusal({}, cropped));
+  EXPECT_FALSE(refusal({}, options));
+}
+
+TEST(Render, a_time_limit_gives_a_coarser_picture_and_says_so) {
+  RenderOptions options;
+  options.time_limit = 0.5;
+  // Whole, this takes many times longer; at the coarsest there is one step per volume.
+  const Rendering short_one = render(
+      scene_of(kScene, {"render.size=[160, 120]", "render.integrator={ type = \"uniform\", step = 0.01 }"}),
+      options);
+  EXPECT_GT(short_one.report.coarseness, 1.0);
+  EXPECT_LT(short_one.report.seconds.at("wall"), 1.5);
+  EXPECT_EQ(short_one.report.nan_pixels, 0u);
+  options.time_limit = 1000.0;
+  const Rendering long_one = render(scene_of(kScene), options);
+  EXPECT_EQ(long_one.report.coarseness, 1.0);
+  expect_same_pixels(long_one.image, image_of(kScene));
+}
+
+TEST(Render, a_time_limit_too_short_for_any_picture_is_an_error) {
+  RenderOptions options;
+  options.time_limit = 1e-9;
+  try {
+    image_of(kScene, {}, options);
+    ADD_FAILURE();
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::failed);
+  }
+}
+
+TEST(Render, progress_starts_at_0_ends_at_1_and_never_falls) {
+  RenderOptions options;
+  options.threads = 7;
+  std::vector<double> shares;
+  options.progress = [&](double share) { shares.push_back(share); };  // from one thread at a time
+  image_of(kScene, {}, options);
+  ASSERT_EQ(shares.size(), 1u + 4 * 3);
+  EXPECT_EQ(shares.front(), 0.0);
+  EXPECT_EQ(shares.back(), 1.0);
+  EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+}
+
+TEST(Render, crops_outside_of_the_picture_are_refused) {
+  for (const Crop crop :
+       {Crop{-1, 0, 5, 5}, Crop{0, 0, 51, 5}, Crop{0, 0, 5, 38}, Crop{5, 5, 5, 6}, Crop{6, 5, 5, 6},
+        Crop{std::numeric_limits<int>::min(), 0, std::numeric_limits<int>::max(), 1}}) {
+    RenderOptions options;
+    options.crop = crop;
+    EXPECT_THROW(image_of(kScene, {}, options), Error);
+  }
+}
+
+TEST(Render, the_report_counts_what_was_done) {
+  const Rendering rendering = render(scene_of(kScene, {"render.pixel_samples=2"}));
+  const RenderReport& report = rendering.report;
+  EXPECT_EQ(report.pixels, 50u * 37u);
+  EXPECT_EQ(report.rays, 4 * report.pixels);
+  EXPECT_EQ(report.integrator, "exact");
+  EXPECT_EQ(report.nan_pixels, 0u);
+  EXPECT_GT(report.peak_memory_bytes, 1u << 20);
+  EXPECT_LE(*report.mean_error_estimate, *report.max_error_estimate);
+  EXPECT_LE(*report.max_error_estimate, 0.002);
+  EXPECT_GT(report.counters.at("density_samples"), 0u);
+
+  const Rendering bare = render(scene_of("pileus = 1\ncamera = \"perspective\"\nrender.size = [8, 8]\n"));
+  for (const auto& [name, count] : bare.report.counters) EXPECT_EQ(count, 0u) << name << " in an empty scene";
+}
+
+TEST(Render, an_integrator_without_an_estimate_reports_none) {
+  const RenderReport report = render(scene_of(kScene, {"render.integrator=uniform"})).report;
+  EXPECT_FALSE(report.max_error_estimate || report.mean_error_estimate);
+}
+
+// ---- distances on scenes known on paper ----
+
+const std::string kOrthographic = R"(pileus = 1
+[render]
+size = [3, 3]
+aovs = "beauty,transmittance,Z"
+[camera]
+type = "orthographic"
+position = [0, 0, 5]
+width = 0.3
+)";
+const std::string kSlab = "[volume.slab]\ntype = \"box\"\nmin = [-9, -9, -1]\nmax = [9, 9, 1]\n";
+
+TEST(Render, an_empty_scene_is_infinitely_deep) {
+  const Image image = image_of(kOrthographic);
+  EXPECT_EQ(pixel(image, "Z", 1, 1), float(kInfinity));
+  EXPECT_EQ(pixel(image, "Z_half", 1, 1), float(kInfinity));
+  EXPECT_EQ(pixel(image, "transmittance", 1, 1), 1.0f);
+  EXPECT_EQ(pixel(image, "A", 1, 1), 0.0f);
+}
+
+TEST(Render, Z_is_the_front_of_a_slab_and_Z_half_lies_ln_2_deep) {
+  const Image image = image_of(kOrthographic + kSlab);
+  EXPECT_FLOAT_EQ(pixel(image, "Z", 1, 1), 4.0f);
+  EXPECT_FLOAT_EQ(pixel(image, "Z_half", 1, 1), float(4.0 + std::log(2.0)));
+  EXPECT_FLOAT_EQ(pixel(image, "transmittance", 1, 1), float(std::exp(-2.0)));
+}
+
+TEST(Render, Z_half_of_a_thin_slab_is_that_of_what_stands_behind) {
+  const std::string thin = kOrthographic + kSlab + "extinction = 0.1\n";
+  EXPECT_EQ(pixel(image_of(thin), "Z_half", 1, 1), float(kInfinity));
+  const Image image =
+      image_of(thin + "[object.wall]\ntype = \"plane\"\npoint = [0, 0, -3]\nnormal = [0, 0, 1]\n");
+  EXPECT_FLOAT_EQ(pixel(image, "Z", 1, 1), 4.0f);
+  EXPECT_FLOAT_EQ(pixel(image, "Z_half", 1, 1), 8.0f);
+  EXPECT_EQ(pixel(image, "transmittance", 1, 1), 0.0f);
+  EXPECT_EQ(pixel(image, "A", 1, 1), 1.0f);
+}
+
+TEST(Render, a_solid_in_front_hides_the_medium) {
+  const Image image =
+      image_of(kOrthographic + kSlab + "[object.ball]\ntype = \"sphere\"\ncenter = [0, 0, 3]\nradius = 1\n");
+  EXPECT_FLOAT_EQ(pixel(image, "Z", 1, 1), 1.0f);
+  EXPECT_FLOAT_EQ(pixel(image, "Z_half", 1, 1), 1.0f);
+}
+
+}  // namespace
+}  // namespace pileus
