@@ -13,6 +13,7 @@
 
 #include "apps/commands.h"
 #include "apps/interrupt.h"
+#include "apps/numbers.h"
 #include "apps/progress_bar.h"
 #include "lib/core/error.h"
 #include "lib/scene/scene.h"
@@ -88,7 +89,7 @@ void add_cloud_command(CLI::App& app, int&) {
   sub->add_option("RECIPE", command->recipe, "scene with volumes of type cloud (.toml)")->required();
   sub->add_option("-o,--output", command->output, "file to write (.vdb)")->required()->type_name("OUT.vdb");
   sub->add_option("--voxel-size", command->voxel_size, "edge of a voxel [m], instead of the scene's")
-      ->check(CLI::PositiveNumber);
+      ->check(finite_positive());
   const std::map<std::string, VdbCodec> codecs{{"none", VdbCodec::none}, {"blosc", VdbCodec::blosc}};
   sub->add_option("--codec", command->write.codec, "compression: none or blosc")
       ->type_name("NAME")

@@ -15,7 +15,8 @@ std::atomic<int> g_cancellable_scopes{0};
 static_assert(std::atomic<bool>::is_always_lock_free && std::atomic<int>::is_always_lock_free);
 
 void on_signal(int) {
-  if (g_cancellable_scopes == 0) _exit(kInterruptedExit);
+  // Whoever asks again will not wait for the work at hand.
+  if (g_cancellable_scopes == 0 || g_interrupted) _exit(kInterruptedExit);
   g_interrupted = true;
 }
 

@@ -1,6 +1,8 @@
+#include <algorithm>
 #include <cstdio>
 #include <exception>
 #include <fstream>
+#include <new>
 #include <string>
 
 #include <CLI/CLI.hpp>
@@ -30,6 +32,13 @@ ExitCode exit_code_of(ErrorKind kind) {
   return kFailed;
 }
 
+/// Text that may come from a file, safe for a terminal.
+std::string printable(std::string text) {
+  std::replace_if(
+      text.begin(), text.end(), [](unsigned char c) { return c < 32 || c == 127; }, ' ');
+  return text;
+}
+
 /// Prints the line of the file that a diagnostic points at, with a caret under the column.
 void print_source_line(const SourceLoc& loc) {
   std::ifstream file(loc.file);
@@ -37,15 +46,18 @@ void print_source_line(const SourceLoc& loc) {
   for (int n = 0; n < loc.line; ++n) {
     if (!std::getline(file, line)) return;
   }
-  for (char& c : line) c = c == '\t' ? ' ' : c;
-  const std::string caret(size_t(std::max(0, loc.column - 1)), ' ');
+  constexpr size_t kShown = 160;  // a machine-made file may have endless lines
+  const size_t column = size_t(std::max(0, loc.column - 1));
+  const size_t begin = line.size() > kShown && column > kShown / 2 ? column - kShown / 2 : 0;
+  line = printable(line.substr(std::min(begin, line.size()), kShown));
+  const std::string caret(column - begin, ' ');
   std::fprintf(stderr, "  %s\n  %s^\n", line.c_str(), caret.c_str());
 }
 
 void print(const Error& error) {
   for (const Diagnostic& diagnostic : error.diagnostics()) {
     const std::string prefix = diagnostic.loc.file.empty() ? "pileus: " : "";
-    std::fprintf(stderr, "%s%s\n", prefix.c_str(), to_string(diagnostic).c_str());
+    std::fprintf(stderr, "%s%s\n", prefix.c_str(), printable(to_string(diagnostic)).c_str());
     if (diagnostic.loc.line > 0) print_source_line(diagnostic.loc);
   }
 }
@@ -93,7 +105,13 @@ int run(int argc, char** argv) {
 int main(int argc, char** argv) {
   try {
     pileus::listen_for_interrupts();
-    return pileus::run(argc, argv);
+    const int exit_code = pileus::run(argc, argv);
+    if (std::fflush(stdout) == 0 && !std::ferror(stdout)) return exit_code;
+    std::fputs("pileus: error: the standard output cannot be written\n", stderr);
+    return 1;
+  } catch (const std::bad_alloc&) {
+    std::fputs("pileus: error: not enough memory\n", stderr);
+    return 1;
   } catch (const std::exception& error) {
     std::fprintf(stderr, "pileus: error: %s\n", error.what());
     return 1;

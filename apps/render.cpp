@@ -1,11 +1,13 @@
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
 
 #include "apps/commands.h"
 #include "apps/interrupt.h"
+#include "apps/numbers.h"
 #include "apps/progress_bar.h"
 #include "apps/scene_options.h"
 #include "lib/core/atomic_file.h"
@@ -34,18 +36,19 @@ struct RenderCommand {
 
  private:
   RenderOptions render_options() const;
+  void check_outputs(const Scene& loaded) const;
   void write(Rendering& rendering) const;
   void tell(const Rendering& rendering) const;
 };
 
 Crop parse_crop(const std::string& text) {
-  Crop crop{};
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%d,%d,%d,%d%c", &crop.x0, &crop.y0, &crop.x1, &crop.y1, &rest) != 4) {
+  const auto corners = parse_integers<4>(text, ',');
+  if (!corners) {
     throw Error(ErrorKind::usage, SourceLoc{},
                 fmt::format("--crop {}; expected X0,Y0,X1,Y1 in pixels", text));
   }
-  return crop;
+  const auto [x0, y0, x1, y1] = *corners;
+  return {x0, y0, x1, y1};
 }
 
 RenderOptions RenderCommand::render_options() const {
@@ -65,6 +68,25 @@ void write_text(const std::filesystem::path& path, const std::string& text) {
   const bool is_closed = stream && std::fclose(stream) == 0;
   if (!is_whole || !is_closed) throw Error(ErrorKind::file, path.string(), "cannot be written");
   file.commit();
+}
+
+/// Refuses, before any time is spent, what could not be written in the end.
+void RenderCommand::check_outputs(const Scene& loaded) const {
+  const CancellableScope cancellable;  // no probe shall stay behind
+  const bool has_colours = plan_effects(loaded).aovs.count("beauty") > 0;
+  for (const auto& output : outputs) {
+    if (!has_colours && CLI::detail::to_lower(output.extension()) != ".exr") {
+      throw Error(ErrorKind::usage, output.string(),
+                  "shows the AOV beauty, which --aov leaves out; expected an .exr file");
+    }
+    const AtomicFile probe(output);
+  }
+  if (report.empty()) return;
+  std::error_code neither_exists;
+  if (std::filesystem::equivalent(report, scene.input, neither_exists)) {
+    throw Error(ErrorKind::usage, report.string(), "is the input; expected another name for the report");
+  }
+  const AtomicFile probe(report);
 }
 
 void RenderCommand::write(Rendering& rendering) const {
@@ -88,14 +110,18 @@ void RenderCommand::run() {
   if (outputs.empty()) outputs.push_back(scene.input.stem().string() + ".png");
   for (const auto& output : outputs) check_image_name(output);
   RenderOptions options = render_options();
-
   const Scene loaded = scene.load();
+  check_outputs(loaded);
   const double load_seconds = seconds_since(start);
 
-  const CancellableScope cancellable;
+  // Loading and building write nothing, so an interrupt may end them at once.
+  std::optional<CancellableScope> cancellable;
   Rendering rendering = [&] {
     ProgressBar bar("rendering", quiet);
-    options.progress = [&](double share) { bar.update(share); };
+    options.progress = [&](double share) {
+      if (!cancellable) cancellable.emplace();
+      bar.update(share);
+    };
     return render(loaded, options);
   }();
 
@@ -125,10 +151,12 @@ void add_render_command(CLI::App& app, int&) {
   sub->add_option("--crop", command->crop, "render these pixels only")->type_name("X0,Y0,X1,Y1");
   sub->add_option("--report", command->report, "write the figures of the render as JSON")
       ->type_name("FILE.json");
-  sub->add_option("--time-limit", command->time_limit, "the most accurate picture that fits into S seconds")
-      ->type_name("S")
-      ->check(CLI::PositiveNumber);
-  sub->add_flag("--resume", command->resume, "go on where an interrupted render with --resume stopped");
+  CLI::Option* time_limit = sub->add_option("--time-limit", command->time_limit,
+                                            "the most accurate picture that fits into S seconds")
+                                ->type_name("S")
+                                ->check(finite_positive());
+  sub->add_flag("--resume", command->resume, "go on where an interrupted render with --resume stopped")
+      ->excludes(time_limit);
   sub->add_flag("--half", command->half, "store colours as 16-bit floats in .exr");
   sub->add_flag("--json", command->json, "print the figures of the render as JSON");
   sub->add_flag("--quiet", command->quiet, "print nothing but errors");

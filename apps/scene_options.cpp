@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include "apps/numbers.h"
 #include "lib/core/error.h"
 #include "pileus/pileus.h"
 
@@ -10,13 +11,12 @@ namespace {
 
 /// "960x540" as the scene writes it.
 std::string size_override(const std::string& text) {
-  int width = 0, height = 0;
-  char rest = 0;
-  if (std::sscanf(text.c_str(), "%dx%d%c", &width, &height, &rest) != 2) {
+  const auto size = parse_integers<2>(text, 'x');
+  if (!size) {
     throw Error(ErrorKind::usage, SourceLoc{},
                 fmt::format("--size {}; expected WIDTHxHEIGHT, such as 960x540", text));
   }
-  return fmt::format("render.size=[{}, {}]", width, height);
+  return fmt::format("render.size=[{}, {}]", (*size)[0], (*size)[1]);
 }
 
 }  // namespace

@@ -38,8 +38,11 @@ struct RenderOptions {
   double time_limit = 0.0;   ///< [s]; > 0: the most accurate picture that the time allows
   std::filesystem::path
       checkpoint;  ///< where an interrupted render leaves its tiles, and a later one finds them
-  std::function<void(double)> progress;  ///< called with the share done, 0 .. 1, from one thread at a time
-  std::function<bool()> is_cancelled;    ///< polled often, from many threads; true ends in Error(cancelled)
+  /// Called with the share done, 0 .. 1, from one thread at a time: with 0 once the scene is built, then per
+  /// tile.
+  std::function<void(double)> progress;
+  std::function<bool()> is_cancelled;  ///< polled often once the scene is built, from many threads; true ends
+                                       ///< in Error(cancelled)
 };
 
 /// Figures of a render, as `--report` writes them.

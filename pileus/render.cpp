@@ -5,6 +5,7 @@
 #include <mutex>
 
 #include <sys/resource.h>
+#include <unistd.h>
 
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
@@ -134,6 +135,18 @@ Crop checked_crop(const Scene& scene, const RenderOptions& options) {
   return crop;
 }
 
+/// Refuses a picture that cannot be held: a typing slip in a size must not drive the machine into swapping.
+void check_memory(const Crop& crop) {
+  constexpr double kBytesPerPixel = 10 * sizeof(float);  // all planes and the error estimates
+  const double needed = kBytesPerPixel * (crop.x1 - crop.x0) * (crop.y1 - crop.y0);
+  const double present = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
+  if (needed > present) {
+    throw Error(ErrorKind::failed, SourceLoc{},
+                fmt::format("a picture of {} x {} pixels needs up to {:.1f} GB; this machine has {:.1f} GB",
+                            crop.x1 - crop.x0, crop.y1 - crop.y0, 1e-9 * needed, 1e-9 * present));
+  }
+}
+
 [[noreturn]] void throw_cancelled() {
   throw Error(ErrorKind::cancelled, SourceLoc{}, "interrupted");
 }
@@ -216,6 +229,7 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
   const Clock::time_point start = Clock::now();
   const double cpu_start = cpu_seconds();
   const Crop crop = checked_crop(scene, options);
+  check_memory(crop);
   const EffectPlan plan = plan_effects(scene);
   Rendering rendering;
   rendering.display = scene.display;
@@ -226,6 +240,7 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
     const World world = build_world(scene);
     report.seconds["build"] = seconds_since(start);
 
+    if (options.progress) options.progress(0.0);
     const Clock::time_point render_start = Clock::now();
     const auto make_pass = [&](double coarseness) {
       return std::make_unique<Pass>(scene, options, world, plan, crop, coarseness);
