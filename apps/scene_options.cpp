@@ -42,13 +42,15 @@ void SceneOptions::add_to(CLI::App& command) {
   overriding("--aov", "planes to write: beauty,transmittance,Z,samples,error_estimate",
              [](const std::string& list) { return fmt::format("render.aovs=\"{}\"", list); })
       ->type_name("LIST");
-  overriding("--set", "set any value of the scene; may repeat", [](const std::string& assignment) {
-    return assignment;
-  })->type_name("path.to.key=value")->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
+  command.add_option("--set", settings, "set any value of the scene; may repeat")
+      ->type_name("path.to.key=value")
+      ->allow_extra_args(false);
 }
 
 Scene SceneOptions::load() const {
-  return pileus::load(input, overrides);
+  std::vector<std::string> all = overrides;
+  all.insert(all.end(), settings.begin(), settings.end());
+  return pileus::load(input, all);
 }
 
 }  // namespace pileus

@@ -14,7 +14,8 @@ namespace pileus {
 /// Each option is an override of a scene key, so that there is one way in.
 struct SceneOptions {
   std::filesystem::path input;
-  std::vector<std::string> overrides;
+  std::vector<std::string> overrides;  ///< what --size and its like mean
+  std::vector<std::string> settings;   ///< what --set says: it has the last word
 
   void add_to(CLI::App& command);
   Scene load() const;

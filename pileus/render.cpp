@@ -84,7 +84,7 @@ class Pass {
 
     // A few rays at a time, so that an interruption is heard within one of them even where rays are costly.
     Counters tile_counters;
-    constexpr size_t kBatch = 64;
+    constexpr size_t kBatch = 4;
     for (size_t first = 0; first < rays.size(); first += kBatch) {
       if (must_stop && must_stop()) throw PassStopped{};
       const size_t count = std::min(kBatch, rays.size() - first);
