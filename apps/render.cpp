@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <optional>
@@ -75,6 +76,9 @@ void RenderCommand::check_outputs(const Scene& loaded) const {
   const CancellableScope cancellable;  // no probe shall stay behind
   const bool has_colours = plan_effects(loaded).aovs.count("beauty") > 0;
   for (const auto& output : outputs) {
+    if (output == report || std::count(outputs.begin(), outputs.end(), output) > 1) {
+      throw Error(ErrorKind::usage, output.string(), "is to be written twice; expected different names");
+    }
     if (!has_colours && CLI::detail::to_lower(output.extension()) != ".exr") {
       throw Error(ErrorKind::usage, output.string(),
                   "shows the AOV beauty, which --aov leaves out; expected an .exr file");

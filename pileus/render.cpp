@@ -151,6 +151,18 @@ void check_memory(const Crop& crop) {
   throw Error(ErrorKind::cancelled, SourceLoc{}, "interrupted");
 }
 
+/// What a checkpoint belongs to: the program, the scene, its files as they are now, and the crop.
+std::string fingerprint_of(const Scene& scene, const Crop& crop) {
+  std::string text =
+      fmt::format("{} {:016x} {},{},{},{}", kVersion, scene.hash, crop.x0, crop.y0, crop.x1, crop.y1);
+  for (const std::filesystem::path& file : scene.files) {
+    std::error_code unknown;  // a file that cannot be looked at counts as size -1; reading it will complain
+    text += fmt::format(" {}:{}", std::filesystem::file_size(file, unknown),
+                        std::filesystem::last_write_time(file, unknown).time_since_epoch().count());
+  }
+  return text;
+}
+
 /// Renders at full accuracy, from a checkpoint where there is one; leaves one behind where it is interrupted.
 void render_fully(Pass& pass, const RenderOptions& options, const std::string& fingerprint) {
   const bool has_checkpoint = !options.checkpoint.empty();
@@ -250,9 +262,7 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
       pass = render_within(make_pass, options, start, report.coarseness);
     } else {
       pass = make_pass(1.0);
-      const std::string fingerprint =
-          fmt::format("{} {:016x} {},{},{},{}", kVersion, scene.hash, crop.x0, crop.y0, crop.x1, crop.y1);
-      render_fully(*pass, options, fingerprint);
+      render_fully(*pass, options, fingerprint_of(scene, crop));
     }
     rendering.image = std::move(pass->film.image());
     report.counters = std::move(pass->counters);

@@ -8,6 +8,7 @@
 #include <fmt/ranges.h>
 
 #include "lib/core/error.h"
+#include "lib/core/overload.h"
 
 namespace pileus {
 
@@ -56,17 +57,6 @@ Param& ParamTable::reference(std::string name, std::string& target, std::string 
 Param& ParamTable::group(std::string name, std::function<void(ParamTable&)> describe, std::string help) {
   return add(std::move(name), "", std::move(help), GroupSlot{std::move(describe)});
 }
-
-namespace {
-
-template <class... Cases>
-struct Overload : Cases... {
-  using Cases::operator()...;
-};
-template <class... Cases>
-Overload(Cases...) -> Overload<Cases...>;
-
-}  // namespace
 
 std::string type_name(const Param& param) {
   return std::visit(Overload{

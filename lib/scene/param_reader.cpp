@@ -6,15 +6,10 @@
 #include <optional>
 #include <tuple>
 
+#include "lib/core/overload.h"
+
 namespace pileus {
 namespace {
-
-template <class... Cases>
-struct Overload : Cases... {
-  using Cases::operator()...;
-};
-template <class... Cases>
-Overload(Cases...) -> Overload<Cases...>;
 
 std::optional<double> as_number(const toml::node& node) {
   if (const auto* integer = node.as_integer()) return double(integer->get());
@@ -174,6 +169,7 @@ void ParamReader::set(Param& param, const toml::node& node, const std::string& o
             const auto* text = node.as_string();
             if (!text || text->get().empty()) return expected("a file name");
             *target = m_folder / std::filesystem::path(text->get());
+            m_files.push_back(*target);
           },
           [&](Vec2i* target) {
             const toml::array* array = node.as_array();

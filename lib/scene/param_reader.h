@@ -49,6 +49,7 @@ class ParamReader {
   const std::vector<Diagnostic>& problems() const { return m_problems; }
   std::vector<Diagnostic> sorted_problems() const;  ///< in the order of the file
   const std::vector<PendingReference>& references() const { return m_references; }
+  const std::vector<std::filesystem::path>& files() const { return m_files; }  ///< named by parameters
 
  private:
   void set(Param& param, const toml::node& node, const std::string& owner);
@@ -59,6 +60,7 @@ class ParamReader {
   std::filesystem::path m_folder;
   std::vector<Diagnostic> m_problems;
   std::vector<PendingReference> m_references;
+  std::vector<std::filesystem::path> m_files;
 };
 
 /// "string", "number", …: what a node holds, for messages.

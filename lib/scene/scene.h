@@ -40,8 +40,9 @@ struct Named {
 
 /// A scene as its file describes it: plain data, checked. Nothing is loaded or built yet.
 struct Scene {
-  std::string file;   ///< as given by the user
-  uint64_t hash = 0;  ///< of the text after overrides: pictures record it
+  std::string file;                          ///< as given by the user
+  uint64_t hash = 0;                         ///< of the text after overrides: pictures record it
+  std::vector<std::filesystem::path> files;  ///< what the scene reads besides: grids
   RenderSettings render;
   DisplayTransform display;
   std::shared_ptr<const Camera> camera;

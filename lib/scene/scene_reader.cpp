@@ -70,9 +70,13 @@ void apply_override(toml::table& root, const std::string& assignment) {
   if (equals == std::string::npos || equals == 0) {
     throw Error(ErrorKind::usage, name, "expected path.to.key=value");
   }
+  const auto trimmed = [](const std::string& text) {
+    const size_t first = text.find_first_not_of(' '), last = text.find_last_not_of(' ');
+    return first == std::string::npos ? std::string() : text.substr(first, last - first + 1);
+  };
   std::istringstream path(assignment.substr(0, equals));
   std::vector<std::string> keys;
-  for (std::string key; std::getline(path, key, '.');) keys.push_back(key);
+  for (std::string key; std::getline(path, key, '.');) keys.push_back(trimmed(key));
   const bool has_gap = assignment[equals - 1] == '.' || std::count(keys.begin(), keys.end(), "") > 0;
   if (has_gap || keys.size() > kMaxKeyParts) {
     throw Error(ErrorKind::usage, name, "expected path.to.key=value");
@@ -111,6 +115,7 @@ class SceneReader {
     read_freeforms();
     check_references();
     if (!m_reader.problems().empty()) throw Error(ErrorKind::scene, m_reader.sorted_problems());
+    m_scene.files = m_reader.files();
     return std::move(m_scene);
   }
 

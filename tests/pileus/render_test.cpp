@@ -9,6 +9,7 @@
 #include <gtest/gtest.h>
 
 #include "pileus/pileus.h"
+#include "tests/fixtures/random_grid.h"
 #include "tests/fixtures/temp_folder.h"
 
 namespace pileus {
@@ -210,6 +211,26 @@ TEST(Render, a_checkpoint_of_another_render_is_refused) {
   cropped.crop = Crop{0, 0, 10, 10};
   EXPECT_TRUE(refusal({}, cropped));
   EXPECT_FALSE(refusal({}, options));
+}
+
+TEST(Render, a_checkpoint_of_a_changed_volume_is_refused) {
+  const TempFolder folder;
+  const auto render_grid = [&](const RenderOptions& options) {
+    return image_of(fmt::format("pileus = 1\ncamera = \"perspective\"\n[render]\nsize = [20, 20]\n"
+                                "[volume.grid]\ntype = \"vdb\"\nfile = \"{}\"\n",
+                                (folder / "grid.vdb").string()),
+                    {}, options);
+  };
+  write_grid(folder / "grid.vdb", random_grid(4, 1));
+  RenderOptions options;
+  options.checkpoint = folder / "checkpoint.exr";
+  options.is_cancelled = [] { return true; };
+  EXPECT_THROW(render_grid(options), Error);
+  options.is_cancelled = nullptr;
+  write_grid(folder / "grid.vdb", random_grid(5, 2));
+  EXPECT_THROW(render_grid(options), Error);
+  std::filesystem::remove(options.checkpoint);
+  EXPECT_NO_THROW(render_grid(options));
 }
 
 TEST(Render, a_time_limit_gives_a_coarser_picture_and_says_so) {
