@@ -15,6 +15,7 @@
 #include "apps/interrupt.h"
 #include "apps/numbers.h"
 #include "apps/progress_bar.h"
+#include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
 #include "lib/scene/scene.h"
 #include "vdb_io/vdb_writer.h"
@@ -67,6 +68,7 @@ void CloudCommand::run() const {
   const std::vector<Named<CloudVolume>> clouds = clouds_of(scene);
 
   const CancellableScope cancellable;
+  const AtomicFile probe(output);  // refuse now what could not be written after a long build
   std::vector<openvdb::FloatGrid::ConstPtr> grids;
   for (const Named<CloudVolume>& cloud : clouds) {
     const openvdb::FloatGrid::Ptr grid = build(cloud, scene.freeforms);

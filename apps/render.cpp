@@ -131,6 +131,8 @@ void RenderCommand::run() {
 
   const Clock::time_point write_start = Clock::now();
   write(rendering);
+  std::error_code none_there;
+  if (resume) std::filesystem::remove(options.checkpoint, none_there);  // only now is it of no use any more
   auto& seconds = rendering.report.seconds;
   seconds["load"] = load_seconds;
   seconds["write"] = seconds_since(write_start);

@@ -14,7 +14,7 @@ target_compile_options(pileus_compiler INTERFACE
   -Wall -Wextra -Wpedantic -Wshadow -Wnon-virtual-dtor -Woverloaded-virtual -Wcast-qual
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # GCC 12 sees overlap in std::string where there is none (GCC bug 105651)
   $<$<BOOL:${PILEUS_WERROR}>:-Werror>
-  -ffp-contract=off)  # a fused multiply-add appears only where std::fma is written: same pixels on every machine
+  -ffp-contract=off)  # a fused multiply-add appears only where std::fma is written
 foreach(sanitizer IN LISTS PILEUS_SANITIZE)
   target_compile_options(pileus_compiler INTERFACE -fsanitize=${sanitizer} -fno-omit-frame-pointer)
   target_link_options(pileus_compiler INTERFACE -fsanitize=${sanitizer})

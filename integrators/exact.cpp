@@ -115,8 +115,10 @@ class ExactTile {
 
   Rgb emitted_where_media_overlap(size_t i) const {
     const auto& span = m_profile.spans()[i];
-    const int parts = 1 + int(std::min(4.0 * span.tau, 3000.0));
-    const double h = (span.t1 - span.t0) / parts;
+    const double t_end = m_profile.t_at(i, kOpaqueTau);  // nothing shows from behind
+    const double tau = std::min(span.tau, kOpaqueTau);
+    const int parts = 1 + int(std::min(4.0 * tau + m_profile.exponential_rise(i), 1e5));
+    const double h = (t_end - span.t0) / parts;
     Rgb sum(0.0);
     for (int part = 0; part < parts; ++part) {
       for (const auto& node : GaussKronrod7::kNodes) {
@@ -139,8 +141,23 @@ class ExactTile {
     SourceQuadrature quadrature(m_profile,
                                 [&](size_t span, double t) { return source(ray, span, t, enough_tau); });
     const SourceQuadrature::Result scattered = quadrature.integrate(bound, m_tolerance);
+    result.error += rounding_error(ray, bound);
     result.radiance += scattered.radiance;
     result.error += scattered.error + (may_stop_early ? bound * transmittance(enough_tau) : 0.0);
+  }
+
+  /// What the rounding of positions can do to the light that reaches them: a point may lie deeper in the
+  /// media than it should by a few ulp of its coordinates. Negligible until the mean free path is that short,
+  /// all there is beyond.
+  double rounding_error(const Ray& ray, double source_bound) const {
+    if (!std::isfinite(source_bound)) return 0.0;
+    const double distance = length(ray.o) + m_profile.spans().front().t0;
+    double tau = 0.0;
+    for (const WorldMedium& medium : m_world.media) {
+      tau += medium.extinction * medium.density->max_density() * 8.0 *
+             std::numeric_limits<double>::epsilon() * distance;
+    }
+    return source_bound * std::min(tau, 1.0);
   }
 
   /// Sets the light weights that stay the same along the ray, albedo * p * E for every medium and sun.
@@ -242,7 +259,10 @@ struct Exact final : Integrator {
 
   std::unique_ptr<const Tracer> prepare(const World& world, const EffectPlan& plan,
                                         const Accuracy& accuracy) const override {
-    return std::make_unique<ExactTracer>(world, plan, accuracy.tolerance * accuracy.coarseness);
+    // A tolerance of 0 cannot be multiplied: where a coarser picture is wanted, it counts as a very small
+    // one.
+    const double finest = accuracy.coarseness > 1.0 ? std::max(accuracy.tolerance, 1e-5) : accuracy.tolerance;
+    return std::make_unique<ExactTracer>(world, plan, finest * accuracy.coarseness);
   }
 };
 

@@ -80,6 +80,16 @@ double RayProfile::column(size_t i, size_t medium) const {
   return piece ? column_to(*piece, m_spans[i].t1) - column_to(*piece, m_spans[i].t0) : 0.0;
 }
 
+double RayProfile::exponential_rise(size_t i) const {
+  double sum = 0.0;
+  for (size_t medium = 0; medium < m_pieces.size(); ++medium) {
+    if (const DensityPiece* piece = piece_of(i, medium)) {
+      sum += std::abs(piece->rate) * (m_spans[i].t1 - m_spans[i].t0);
+    }
+  }
+  return sum;
+}
+
 double RayProfile::t_at(size_t i, double tau) const {
   const Span& span = m_spans[i];
   double lo = span.t0, hi = span.t1;

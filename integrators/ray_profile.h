@@ -45,6 +45,10 @@ class RayProfile {
   /// The integral of a medium's density over span i [m].
   double column(size_t i, size_t medium) const;
 
+  /// How many times a density of span i changes by the factor e, added up over the media; 0 where all are
+  /// cubics.
+  double exponential_rise(size_t i) const;
+
   /// The inverse of tau_to: where in span i the optical depth since its start reaches `tau`.
   double t_at(size_t i, double tau) const;
 

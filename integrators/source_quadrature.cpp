@@ -47,27 +47,33 @@ SourceQuadrature::Result SourceQuadrature::integrate(double source_bound, double
 
 void SourceQuadrature::add_run(size_t first, size_t last, double source_bound, double tolerance) {
   const auto& spans = m_profile.spans();
-  const Panel run{first, last, spans[first].t0, spans[last - 1].t1};
+  const Panel run{first,
+                  last,
+                  spans[first].t0,
+                  spans[last - 1].t1,
+                  spans[first].tau0,
+                  spans[last - 1].tau0 + spans[last - 1].tau};
   // What lies behind opaque material cannot matter.
-  const double most = source_bound * transmittance(spans[first].tau0) * opacity_from_tau(tau_of(run));
+  const double most = source_bound * transmittance(run.tau0) * opacity_from_tau(run.tau1 - run.tau0);
   if (most <= kNegligible * tolerance) {
     m_error += most;
   } else {
-    add_divided(run, kFirstHalvings);
+    add_divided(run, kFirstHalvings, (run.t1 - run.t0) / (1 << kFirstHalvings));
   }
 }
 
-void SourceQuadrature::add_divided(const Panel& panel, int halvings) {
-  if (halvings == 0 || panel.in_one_span()) return add(panel);
+/// Adds a panel in 2^halvings parts; a part within one span that is short already stays whole.
+void SourceQuadrature::add_divided(const Panel& panel, int halvings, double short_length) {
+  if (halvings == 0 || (panel.in_one_span() && panel.t1 - panel.t0 <= short_length)) return add(panel);
   const auto [near, far] = halves(panel);
-  add_divided(near, halvings - 1);
-  add_divided(far, halvings - 1);
+  add_divided(near, halvings - 1, short_length);
+  add_divided(far, halvings - 1, short_length);
 }
 
 void SourceQuadrature::add(Panel panel) {
   Rgb kronrod(0.0), gauss(0.0);
   for (const auto& node : GaussKronrod7::kNodes) {
-    const Rgb f = panel.in_one_span() ? along_distance(panel, node.x) : along_opacity(panel, node.x);
+    const Rgb f = is_smooth_in_distance(panel) ? along_distance(panel, node.x) : along_opacity(panel, node.x);
     kronrod += node.kronrod * f;
     gauss += node.gauss * f;
   }
@@ -84,25 +90,42 @@ bool SourceQuadrature::is_divisible(const Panel& panel) const {
 
 std::pair<SourceQuadrature::Panel, SourceQuadrature::Panel> SourceQuadrature::halves(
     const Panel& panel) const {
-  if (panel.in_one_span()) {
-    const double middle = 0.5 * (panel.t0 + panel.t1);
-    return {{panel.first, panel.last, panel.t0, middle}, {panel.first, panel.last, middle, panel.t1}};
-  }
-  // The span boundary that halves the opacity best.
   const auto& spans = m_profile.spans();
   const double tau = tau_at_opacity(panel, 0.5);
-  size_t cut = panel.first + 1;
-  while (cut + 1 < panel.last && spans[cut].tau0 < tau) ++cut;
-  return {{panel.first, cut, panel.t0, spans[cut].t0}, {cut, panel.last, spans[cut].t0, panel.t1}};
+  if (!panel.in_one_span()) {
+    // The span boundary that halves the opacity best.
+    size_t cut = panel.first + 1;
+    while (cut + 1 < panel.last && spans[cut].tau0 < tau) ++cut;
+    return {{panel.first, cut, panel.t0, spans[cut].t0, panel.tau0, spans[cut].tau0},
+            {cut, panel.last, spans[cut].t0, panel.t1, spans[cut].tau0, panel.tau1}};
+  }
+  double t = 0.5 * (panel.t0 + panel.t1);
+  if (!is_smooth_in_distance(panel)) {
+    const double t_half_opacity = m_profile.t_at(panel.first, tau - spans[panel.first].tau0);
+    if (t_half_opacity > panel.t0 && t_half_opacity < panel.t1) t = t_half_opacity;
+  }
+  const double tau_cut =
+      std::clamp(spans[panel.first].tau0 + m_profile.tau_to(panel.first, t), panel.tau0, panel.tau1);
+  return {{panel.first, panel.last, panel.t0, t, panel.tau0, tau_cut},
+          {panel.first, panel.last, t, panel.t1, tau_cut, panel.tau1}};
 }
 
-double SourceQuadrature::tau_of(const Panel& panel) const {
-  const auto& last = m_profile.spans()[panel.last - 1];
-  return last.tau0 + last.tau - m_profile.spans()[panel.first].tau0;
+bool SourceQuadrature::is_smooth_in_distance(const Panel& panel) {
+  return panel.in_one_span() && panel.tau1 - panel.tau0 <= 0.5;
 }
 
-double SourceQuadrature::tau_at_opacity(const Panel& panel, double x) const {
-  return m_profile.spans()[panel.first].tau0 - std::log1p(-x * opacity_from_tau(tau_of(panel)));
+double SourceQuadrature::tau_at_opacity(const Panel& panel, double x) {
+  return panel.tau0 - std::log1p(-x * opacity_from_tau(panel.tau1 - panel.tau0));
+}
+
+std::pair<size_t, double> SourceQuadrature::place_of(const Panel& panel, double tau) const {
+  const auto& spans = m_profile.spans();
+  const auto begin = spans.begin() + std::ptrdiff_t(panel.first),
+             end = spans.begin() + std::ptrdiff_t(panel.last);
+  const auto after =
+      std::upper_bound(begin, end, tau, [](double value, const auto& s) { return value < s.tau0; });
+  const size_t i = after == begin ? panel.first : size_t(after - spans.begin()) - 1;
+  return {i, std::clamp(m_profile.t_at(i, tau - spans[i].tau0), panel.t0, panel.t1)};
 }
 
 /// The integrand over x in [0, 1] with the distance as variable: source * sigma_t * T * dt/dx.
@@ -115,16 +138,10 @@ Rgb SourceQuadrature::along_distance(const Panel& panel, double x) const {
 
 /// The integrand over x in [0, 1] with the opacity as variable: source * d(opacity)/dx.
 Rgb SourceQuadrature::along_opacity(const Panel& panel, double x) const {
-  const auto& spans = m_profile.spans();
-  const double weight = transmittance(spans[panel.first].tau0) * opacity_from_tau(tau_of(panel));
+  const double weight = transmittance(panel.tau0) * opacity_from_tau(panel.tau1 - panel.tau0);
   if (!(weight > 0.0)) return Rgb(0.0);
-  const double tau = tau_at_opacity(panel, x);
-  const auto begin = spans.begin() + std::ptrdiff_t(panel.first),
-             end = spans.begin() + std::ptrdiff_t(panel.last);
-  const auto after =
-      std::upper_bound(begin, end, tau, [](double value, const auto& s) { return value < s.tau0; });
-  const size_t i = size_t(after - spans.begin()) - 1;
-  return weight * m_source(i, m_profile.t_at(i, tau - spans[i].tau0));
+  const auto [span, t] = place_of(panel, tau_at_opacity(panel, x));
+  return weight * m_source(span, t);
 }
 
 /// The sum does not carry the history of the refinement.

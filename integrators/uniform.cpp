@@ -219,9 +219,9 @@ class UniformTracer final : public Tracer {
 /// A step so short that a ray would never end is a slip of the pen, not a wish for accuracy.
 void check_step(const World& world, double step) {
   constexpr double kMostSteps = 1e7;  // per ray
-  double longest = 0.0;
-  for (const WorldMedium& medium : world.media)
-    longest = std::max(longest, length(medium.density->bounds().size()));
+  Box3d all;
+  for (const WorldMedium& medium : world.media) all.extendBy(medium.density->bounds());
+  const double longest = all.isEmpty() ? 0.0 : length(all.size());
   if (longest <= kMostSteps * step) return;
   throw Error(
       ErrorKind::usage, SourceLoc{},
@@ -236,15 +236,19 @@ struct Uniform final : Integrator {
   std::string sample = "middle";
 
   void describe(ParamTable& params) override {
-    params.number("step", step, "m", "length of a step; 0: half the smallest voxel").at_least(0);
+    params
+        .number("step", step, "m",
+                "length of a step; 0: half the smallest voxel, or 1/256 of the smallest medium")
+        .at_least(0);
     params.text("sample", sample, "where in its step a sample lies").one_of({"middle", "left"});
   }
 
   std::unique_ptr<const Tracer> prepare(const World& world, const EffectPlan& plan,
                                         const Accuracy& accuracy) const override {
-    const double step_length = (step > 0.0 ? step : default_step(world)) * accuracy.coarseness;
-    check_step(world, step_length);
-    const MarchSettings settings{step_length, sample == "middle" ? 0.5 : 0.0, accuracy.tolerance / 8.0};
+    const double finest = step > 0.0 ? step : default_step(world);
+    check_step(world, finest);
+    const MarchSettings settings{finest * accuracy.coarseness, sample == "middle" ? 0.5 : 0.0,
+                                 accuracy.tolerance / 8.0};
     if (plan.scattering && plan.emission)
       return std::make_unique<UniformTracer<true, true>>(world, plan, settings);
     if (plan.scattering) return std::make_unique<UniformTracer<true, false>>(world, plan, settings);

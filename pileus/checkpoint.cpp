@@ -31,7 +31,8 @@ void save_checkpoint(const std::filesystem::path& file, const std::string& finge
 
 void load_checkpoint(const std::filesystem::path& file, const std::string& fingerprint, Film& film,
                      TileGrid& tiles) {
-  if (!std::filesystem::exists(file)) return;
+  std::error_code unknown;
+  if (!std::filesystem::exists(file, unknown)) return;
   const Image saved = read_exr(file);
   const auto found = saved.metadata.find(kFingerprint);
   const auto* belongs_to = found == saved.metadata.end() ? nullptr : std::get_if<std::string>(&found->second);

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 namespace pileus {
 
@@ -55,13 +54,22 @@ void Film::set_pixel(int x, int y, std::span<const RayResult> rays) {
 }
 
 std::optional<double> Film::max_error() const {
-  const float largest = *std::max_element(m_errors.begin(), m_errors.end());
-  return std::isnan(m_errors.front()) ? std::nullopt : std::optional<double>(largest);
+  std::optional<double> largest;
+  for (const float error : m_errors) {
+    if (!std::isnan(error)) largest = std::max(largest.value_or(0.0), double(error));
+  }
+  return largest;
 }
 
 std::optional<double> Film::mean_error() const {
-  if (std::isnan(m_errors.front())) return std::nullopt;
-  return std::accumulate(m_errors.begin(), m_errors.end(), 0.0) / double(m_errors.size());
+  double sum = 0.0;
+  size_t count = 0;
+  for (const float error : m_errors) {
+    if (std::isnan(error)) continue;
+    sum += double(error);
+    ++count;
+  }
+  return count > 0 ? std::optional<double>(sum / double(count)) : std::nullopt;
 }
 
 }  // namespace pileus

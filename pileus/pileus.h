@@ -33,11 +33,11 @@ struct Crop {
 };
 
 struct RenderOptions {
-  int threads = 0;           ///< 0: all cores
-  std::optional<Crop> crop;  ///< the picture then has the size of the crop
-  double time_limit = 0.0;   ///< [s]; > 0: the most accurate picture that the time allows
-  std::filesystem::path
-      checkpoint;  ///< where an interrupted render leaves its tiles, and a later one finds them
+  int threads = 0;                   ///< 0: all cores
+  std::optional<Crop> crop;          ///< the picture then has the size of the crop
+  double time_limit = 0.0;           ///< [s]; > 0: the most accurate picture that the time allows
+  std::filesystem::path checkpoint;  ///< where an interrupted render leaves its tiles, and a later one finds
+                                     ///< them; remove it when the picture is saved
   /// Called with the share done, 0 .. 1, from one thread at a time: with 0 once the scene is built, then per
   /// tile.
   std::function<void(double)> progress;
@@ -75,7 +75,7 @@ Rendering render(const Scene& scene, const RenderOptions& options = {});
 /// Writes `.exr` (all planes) or `.png` (display picture), atomically.
 void save(const Rendering& rendering, const std::filesystem::path& file, bool half = false);
 
-/// The report as JSON text, and the same written to a file.
+/// The report as JSON text.
 std::string to_json(const RenderReport& report);
 
 }  // namespace pileus

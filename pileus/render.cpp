@@ -75,27 +75,28 @@ class Pass {
 
  private:
   void render_tile(size_t index, const std::function<bool()>& must_stop) {
-    const std::vector<Vec2i> pixels = tiles.pixels(index);
-    const int n = m_scene.render.pixel_samples;
-    const size_t rays_per_pixel = size_t(n) * size_t(n);
-    std::vector<Ray> rays;
-    std::vector<RayResult> results(rays_per_pixel * pixels.size());
-    for (const Vec2i& pixel : pixels) append_rays(pixel, n, rays);
-
-    // A few rays at a time, so that an interruption is heard within one of them even where rays are costly.
     Counters tile_counters;
+    std::vector<Ray> rays;
+    std::vector<RayResult> results;
+    for (const Vec2i& pixel : tiles.pixels(index)) {
+      rays.clear();
+      append_rays(pixel, m_scene.render.pixel_samples, rays);
+      results.resize(rays.size());
+      trace(rays, results, tile_counters, must_stop);
+      film.set_pixel(pixel.x, pixel.y, results);
+    }
+    finish_tile(index, tile_counters);
+  }
+
+  /// Traces a few rays at a time, so that an interruption is heard soon even where rays are costly.
+  void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& tile_counters,
+             const std::function<bool()>& must_stop) const {
     constexpr size_t kBatch = 4;
     for (size_t first = 0; first < rays.size(); first += kBatch) {
       if (must_stop && must_stop()) throw PassStopped{};
       const size_t count = std::min(kBatch, rays.size() - first);
-      m_tracer->trace(std::span(rays).subspan(first, count), std::span(results).subspan(first, count),
-                      tile_counters);
+      m_tracer->trace(rays.subspan(first, count), results.subspan(first, count), tile_counters);
     }
-    for (size_t i = 0; i < pixels.size(); ++i) {
-      film.set_pixel(pixels[i].x, pixels[i].y,
-                     std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
-    }
-    finish_tile(index, tile_counters);
   }
 
   void append_rays(const Vec2i& pixel, int n, std::vector<Ray>& rays) const {
@@ -171,7 +172,6 @@ void render_fully(Pass& pass, const RenderOptions& options, const std::string& f
     if (has_checkpoint) save_checkpoint(options.checkpoint, fingerprint, pass.film, pass.tiles);
     throw_cancelled();
   }
-  if (has_checkpoint) std::filesystem::remove(options.checkpoint);
 }
 
 /// Renders coarsely first, then finer and finer while the next pass is expected to fit into the time left.
@@ -215,7 +215,7 @@ void count_bad_pixels(const Image& image, RenderReport& report) {
                     [&](auto* c) { return std::isfinite(c->values[i]); })) {
       continue;
     }
-    if (report.nan_pixels++ == 0) first = Vec2i(int(i) % image.width, int(i) / image.width);
+    if (report.nan_pixels++ == 0) first = Vec2i(int(i % size_t(image.width)), int(i / size_t(image.width)));
   }
   if (report.nan_pixels > 0) {
     report.warnings.push_back(

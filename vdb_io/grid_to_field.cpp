@@ -130,6 +130,13 @@ std::shared_ptr<const DensityField> field_from_grid(const openvdb::FloatGrid& gr
   initialize_openvdb();
   PILEUS_CHECK(grid.background() == 0.0f);
   const Affine world_from_grid = world_from_object * world_from_index({}, grid);
+  const double volume = world_from_grid.determinant();
+  if (!(std::abs(volume) > 1e-200 && std::abs(volume) < 1e200)) {
+    throw Error(
+        ErrorKind::scene, SourceLoc{},
+        fmt::format("its placement makes voxels of {} m3; expected a scale that a computer can invert",
+                    volume));
+  }
   return make_grid_field(covered_nano_grid(grid), world_from_grid);
 }
 

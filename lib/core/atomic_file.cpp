@@ -86,7 +86,8 @@ void AtomicFile::commit() {
   m_committed = true;
   // The name itself is on the disk once the folder is. Some file systems cannot sync a folder; the file is
   // whole in any case.
-  (void)sync_to_disk(m_target.parent_path());
+  const fs::path folder = m_target.parent_path();
+  (void)sync_to_disk(folder.empty() ? fs::path(".") : folder);
 }
 
 }  // namespace pileus

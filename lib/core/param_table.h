@@ -80,10 +80,11 @@ class ParamTable {
   Param& reference(std::string name, std::string& target, std::string section, std::string help);
   Param& group(std::string name, std::function<void(ParamTable&)> describe, std::string help);
 
-  /// A parameter that is a plugin of Kind; `target` (to Kind or const Kind) receives a fresh one, configured from the
-  /// scene.
+  /// A parameter that is a plugin of Kind; `target` (to Kind or const Kind) receives a fresh one, configured
+  /// from the scene.
   template <class Kind, class Target>
-  Param& plugin(std::string name, std::shared_ptr<Target>& target, std::string default_name, std::string help) {
+  Param& plugin(std::string name, std::shared_ptr<Target>& target, std::string default_name,
+                std::string help) {
     auto assign = [&target](std::shared_ptr<Plugin> made) {
       target = std::dynamic_pointer_cast<Target>(std::move(made));
     };

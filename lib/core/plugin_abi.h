@@ -1,5 +1,7 @@
 #pragma once
 
+#include <string>  // tells the standard library
+
 #include <ImathConfig.h>
 
 // What must agree between the program and a plugin library for virtual calls and shared types to mean the
@@ -9,6 +11,12 @@
 
 #define PILEUS_STRINGIFY_(x) #x
 #define PILEUS_STRINGIFY(x) PILEUS_STRINGIFY_(x)
+#ifdef _LIBCPP_VERSION
+#define PILEUS_STANDARD_LIBRARY "libc++"
+#else
+#define PILEUS_STANDARD_LIBRARY "libstdc++-cxx11-" PILEUS_STRINGIFY(_GLIBCXX_USE_CXX11_ABI)
+#endif
+
 #define PILEUS_PLUGIN_ABI                                                                          \
   "pileus-plugin-" PILEUS_STRINGIFY(PILEUS_PLUGIN_INTERFACE_VERSION) " gxx-abi-" PILEUS_STRINGIFY( \
-      __GXX_ABI_VERSION) " imath-" IMATH_VERSION_STRING
+      __GXX_ABI_VERSION) " " PILEUS_STANDARD_LIBRARY " imath-" IMATH_VERSION_STRING

@@ -19,9 +19,10 @@ namespace fs = std::filesystem;
 /// Loads every library of a PILEUS_PLUGIN_PATH entry, in name order so that listings do not depend on the
 /// disk.
 void load_path_entry(Registry& registry, const fs::path& entry) {
-  if (!fs::is_directory(entry)) return registry.load_library(entry);
+  std::error_code unreadable;
+  if (!fs::is_directory(entry, unreadable)) return registry.load_library(entry);
   std::vector<fs::path> files;
-  for (const fs::directory_entry& file : fs::directory_iterator(entry)) {
+  for (const fs::directory_entry& file : fs::directory_iterator(entry, unreadable)) {
     if (file.path().extension() == ".so") files.push_back(file.path());
   }
   std::sort(files.begin(), files.end());

@@ -37,7 +37,7 @@ constexpr AovInfo kAovs[] = {
     {"beauty", "radiance and alpha (R, G, B, A)"},
     {"transmittance", "share of the background that shows"},
     {"Z", "distance to the first medium or surface, and to half transmittance"},
-    {"samples", "density samples and shadow queries per pixel"},
+    {"samples", "density look-ups per pixel"},
     {"error_estimate", "the integrator's estimate of its own error"},
 };
 

@@ -18,13 +18,13 @@ struct EffectPlan;
 
 /// What one camera ray brings home.
 struct RayResult {
-  Rgb radiance{0.0, 0.0, 0.0};  ///< premultiplied, background included only through its own opacity
+  Rgb radiance{0.0, 0.0, 0.0};  ///< gathered along the ray, plus the end of the ray through what is left
   double transmittance = 1.0;   ///< share of what lies behind everything that still shows; alpha = 1 - this
   double z_first = std::numeric_limits<double>::infinity();  ///< [m] along the ray: first medium or surface
   double z_half =
       std::numeric_limits<double>::infinity();  ///< [m] where the transmittance falls below one half
   double error = std::numeric_limits<double>::quiet_NaN();  ///< own estimate for `radiance`; NaN: none
-  uint64_t samples = 0;                                     ///< density samples and shadow queries spent
+  uint64_t samples = 0;  ///< density look-ups along the ray and its shadow rays
 };
 
 /// Work done, by name, for the render report. One per tile, summed at the end.
@@ -41,12 +41,12 @@ class Tracer {
  public:
   virtual ~Tracer() = default;
 
-  /// Fills results[i] for rays[i]: one square tile in Morton order. The result of a ray does not depend on
-  /// the rays beside it.
+  /// Fills results[i] for rays[i], which are neighbours in Morton order. The result of a ray does not depend
+  /// on the rays beside it.
   virtual void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const = 0;
 };
 
-/// What happens along a ray. Gets whole tiles, so that packets and scalar loops fit behind the same door.
+/// What happens along a ray. Gets bundles of rays, so that packets and scalar loops fit behind the same door.
 struct Integrator : Plugin {
   static constexpr const char* kKind = "integrator";
 

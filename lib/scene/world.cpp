@@ -25,6 +25,8 @@ World build_world(const Scene& scene) {
   World world;
   for (const Named<Medium>& volume : scene.volumes) {
     const Medium& medium = *volume.object;
+    const bool is_visible = medium.extinction > 0.0 || medium.emission != Rgb(0.0);
+    if (!is_visible) continue;  // neither loaded nor built: the effect plan says so
     world.media.push_back({volume.name, build_density(volume, scene.freeforms), medium.extinction,
                            medium.albedo, medium.emission, medium.phase});
   }

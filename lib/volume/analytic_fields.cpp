@@ -14,7 +14,6 @@ template <class Derived>
 class OnePieceField : public DensityField {
  public:
   double max_density() const final { return 1.0; }
-  size_t memory_bytes() const final { return sizeof(Derived); }
 
   void append_pieces(const Ray& ray, Segment segment, std::vector<DensityPiece>& pieces,
                      FieldCounters& counters) const final {

@@ -60,9 +60,6 @@ class DensityField {
   /// rho[i] = density at t = t0 + i * dt, for every i: what an equidistant marcher reads.
   virtual void sample(const Ray& ray, double t0, double dt, std::span<double> rho,
                       FieldCounters& counters) const = 0;
-
-  /// Bytes the field occupies.
-  virtual size_t memory_bytes() const = 0;
 };
 
 }  // namespace pileus

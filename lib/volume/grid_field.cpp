@@ -171,12 +171,8 @@ class GridField final : public DensityField {
         m_world_from_index(world_from_index),
         m_index_from_world(world_from_index.inverse()) {
     PILEUS_CHECK(m_grid != nullptr);
-    const nanovdb::CoordBBox active = m_grid->indexBBox();
-    // A voxel reaches one cell further on each side.
-    m_lo = Vec3i(active.min()[0] - 1, active.min()[1] - 1, active.min()[2] - 1);
-    m_hi = Vec3i(active.max()[0] + 1, active.max()[1] + 1, active.max()[2] + 1);
+    scan_nodes();
     m_cells = Box3d(Vec3d(m_lo), Vec3d(m_hi));
-    m_max_density = find_max_density();
   }
 
   Box3d bounds() const override {
@@ -231,8 +227,6 @@ class GridField final : public DensityField {
       if (reader.read_corners(cell, corners)) rho[i] = trilinear(corners, p - Vec3d(cell.x, cell.y, cell.z));
     }
   }
-
-  size_t memory_bytes() const override { return m_handle.size(); }
 
  private:
   /// The ray in index space. Its d is not normalised: t stays the length in world space [m].
@@ -298,35 +292,53 @@ class GridField final : public DensityField {
     return cell;
   }
 
-  double find_max_density() const {
-    const auto& tree = m_grid->tree();
-    float largest = 0.0f;
+  /// Finds the box of all cells that may be non-zero and the largest density, inactive voxels included:
+  /// interpolation reads them. Also clears the marks by which NanoVDB calls a node without active values one
+  /// big tile: it may hold leaves that are there for the cells at their upper faces.
+  void scan_nodes() {
+    auto& tree = m_handle.grid<float>()->tree();
     for (uint32_t n = 0; n < tree.nodeCount(0); ++n) {
-      const float* values = tree.getFirstLeaf()[n].data()->mValues;
-      largest = std::max(largest, *std::max_element(values, values + nanovdb::NanoLeaf<float>::SIZE));
+      const auto& leaf = tree.getFirstLeaf()[n];
+      const float* values = leaf.data()->mValues;
+      const float largest = *std::max_element(values, values + nanovdb::NanoLeaf<float>::SIZE);
+      if (largest > 0.0f) add_values(leaf.origin(), 8, largest);
     }
-    const auto visit_tiles = [&](const auto* nodes, uint32_t count) {
-      for (uint32_t n = 0; n < count; ++n) {
-        const auto& data = *nodes[n].data();
-        for (uint32_t i = 0; i < std::size(data.mTable); ++i) {
-          if (!data.isChild(i)) largest = std::max(largest, data.mTable[i].value);
-        }
-      }
-    };
-    visit_tiles(tree.getFirstLower(), tree.nodeCount(1));
-    visit_tiles(tree.getFirstUpper(), tree.nodeCount(2));
+    scan_tiles(tree.getFirstLower(), tree.nodeCount(1));
+    scan_tiles(tree.getFirstUpper(), tree.nodeCount(2));
     const auto& root = *tree.root().data();
     for (uint32_t i = 0; i < root.mTableSize; ++i) {
-      if (!root.tile(i)->isChild()) largest = std::max(largest, root.tile(i)->value);
+      const auto* tile = root.tile(i);
+      if (!tile->isChild() && tile->value > 0.0f) add_values(tile->origin(), 4096, tile->value);
     }
-    return largest;
+  }
+
+  template <class Node>
+  void scan_tiles(Node* nodes, uint32_t count) {
+    for (uint32_t n = 0; n < count; ++n) {
+      auto& data = *nodes[n].data();
+      data.mFlags &= ~uint64_t(1);
+      for (uint32_t i = 0; i < std::size(data.mTable); ++i) {
+        if (data.isChild(i) || !(data.mTable[i].value > 0.0f)) continue;
+        add_values(nodes[n].offsetToGlobalCoord(i), int(Node::ChildNodeType::dim()), data.mTable[i].value);
+      }
+    }
+  }
+
+  /// Takes note of a cube of voxels with a positive density. A voxel reaches one cell further on each side.
+  void add_values(const nanovdb::Coord& origin, int dim, float largest) {
+    for (int axis = 0; axis < 3; ++axis) {
+      m_lo[axis] = std::min(m_lo[axis], origin[axis] - 1);
+      m_hi[axis] = std::max(m_hi[axis], origin[axis] + dim);
+    }
+    m_max_density = std::max(m_max_density, double(largest));
   }
 
   nanovdb::GridHandle<nanovdb::HostBuffer> m_handle;
   const nanovdb::FloatGrid* m_grid;
   Affine m_world_from_index, m_index_from_world;
-  Vec3i m_lo, m_hi;  ///< all cells that may be non-zero, [lo, hi)
-  Box3d m_cells;     ///< the same as a box of index space
+  Vec3i m_lo{std::numeric_limits<int>::max()},
+      m_hi{std::numeric_limits<int>::min()};  ///< all cells that may be non-zero, [lo, hi)
+  Box3d m_cells;                              ///< the same as a box of index space
   double m_max_density = 0.0;
 };
 

@@ -2,9 +2,12 @@
 
 #include <chrono>
 #include <csignal>
+#include <cstdint>
 #include <fstream>
 #include <iterator>
+#include <sstream>
 #include <stdexcept>
+#include <string_view>
 #include <thread>
 
 #include <fcntl.h>
@@ -75,6 +78,20 @@ void Program::send(int signal) const {
 bool Program::is_running() {
   if (!m_ended) m_ended = waitpid(m_pid, &m_status, WNOHANG) == m_pid;
   return !m_ended;
+}
+
+void Program::wait_until_it_handles(int signal) {
+  const std::string status_file = "/proc/" + std::to_string(m_pid) + "/status";
+  for (int n = 0; n < 2000 && is_running(); ++n) {
+    std::istringstream status(read_file(status_file));
+    for (std::string line; std::getline(status, line);) {
+      constexpr std::string_view kCaught = "SigCgt:";
+      if (line.rfind(kCaught, 0) != 0) continue;
+      const uint64_t mask = std::stoull(line.substr(kCaught.size()), nullptr, 16);
+      if ((mask >> (signal - 1)) & 1) return;
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  }
 }
 
 ProgramOutcome Program::wait(double patience) {

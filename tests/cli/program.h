@@ -36,6 +36,10 @@ class Program {
   void send(int signal) const;
   bool is_running();
 
+  /// Waits until the child has a handler for the signal: before that it would just die of it, and on a busy
+  /// machine the way to main() is long.
+  void wait_until_it_handles(int signal);
+
   /// Waits for the end; after `patience` seconds the child is killed.
   ProgramOutcome wait(double patience = 60.0);
 

@@ -120,6 +120,7 @@ TEST_F(Render, without_an_output_the_picture_gets_the_name_of_the_scene) {
 /// Starts a long render, interrupts it once it runs, and checks that it ends within a second.
 ProgramOutcome interrupted(const ProgramTest& test, std::vector<std::string> arguments, int signal) {
   Program program(arguments, {test.folder.path(), {}, 0});
+  program.wait_until_it_handles(signal);
   std::this_thread::sleep_for(std::chrono::milliseconds(1200));
   EXPECT_TRUE(program.is_running()) << "the render is too short for this test";
   program.send(signal);
@@ -143,6 +144,7 @@ TEST_F(Render, a_second_interrupt_ends_what_does_not_hear_the_first) {
   Program program(
       {"render", "scene.toml", "-o", "a.exr", "--set", "render.integrator={type=\"uniform\", step=1e-6}"},
       {folder.path(), {}, 0});
+  program.wait_until_it_handles(SIGINT);
   for (int n = 0; n < 2; ++n) {
     std::this_thread::sleep_for(std::chrono::milliseconds(600));
     program.send(SIGINT);
@@ -173,6 +175,7 @@ TEST_F(Render, a_resumed_render_equals_one_that_was_never_interrupted) {
   const std::vector<std::string> arguments{"render",   "scene.toml", "-o",        "a.exr", "--resume",
                                            "--report", "a.json",     "--threads", "2"};
   Program program(arguments, {folder.path(), {}, 0});
+  program.wait_until_it_handles(SIGINT);
   std::this_thread::sleep_for(std::chrono::milliseconds(400));
   program.send(SIGINT);
   const ProgramOutcome outcome = program.wait(20.0);

@@ -135,6 +135,28 @@ TEST(ExactDepth, huge_tiles_cost_one_piece_and_stay_exact) {
   EXPECT_NEAR(column_along(*field, {{400, 3, 3}, {-1, 0, 0}}), 8 * 0.5 + 128 * 0.25, 1e-12 * 36);
 }
 
+TEST(ExactDepth, cells_below_the_lower_face_of_an_otherwise_empty_node_are_found) {
+  initialize_openvdb();
+  auto grid = openvdb::FloatGrid::create(0.0f);
+  // Voxel 128 opens a new node; its lower cells lie in the empty node before it.
+  for (const openvdb::Coord& voxel :
+       {openvdb::Coord(-5, 0, 0), openvdb::Coord(128, 0, 0), openvdb::Coord(4096, 0, 0)}) {
+    grid->tree().setValueOn(voxel, 1.0f);
+  }
+  grid->setGridClass(openvdb::GRID_FOG_VOLUME);
+  const auto field = field_from_grid(*grid, Affine());
+  EXPECT_NEAR(column_along(*field, {{-20, 0, 0}, {1, 0, 0}}), 3.0, 1e-12);
+  EXPECT_NEAR(column_along(*field, {{5000, 0, 0}, {-1, 0, 0}}), 3.0, 1e-12);
+}
+
+TEST(ExactDepth, inactive_voxels_count_as_interpolation_sees_them) {
+  const auto grid = random_grid(4, 3, 0.0);
+  const double all = column_along(*field_from_grid(*grid, Affine()), {{-9, 1.5, 1.5}, {1, 0, 0}});
+  grid->tree().setValueOff({3, 1, 1}), grid->tree().setValueOff({3, 2, 1});
+  grid->tree().setValueOff({3, 1, 2}), grid->tree().setValueOff({3, 2, 2});
+  EXPECT_NEAR(column_along(*field_from_grid(*grid, Affine()), {{-9, 1.5, 1.5}, {1, 0, 0}}), all, 1e-12);
+}
+
 TEST(ExactDepth, transmittances_multiply_over_split_segments) {
   const auto grid = random_grid(12, 5);
   const auto field = field_from_grid(*grid, Affine());

@@ -57,6 +57,31 @@ irradiance = [1, 1, 1]
   }
 }
 
+TEST(ExactRadiance, the_thin_lit_skin_of_a_dense_medium_is_found_at_every_tolerance) {
+  for (const double extinction : {10.0, 70.0, 100.0, 1e3, 1e4, 1e8, 1e14, 1e30}) {
+    for (const double tolerance : {0.05, 2e-3, 1e-4, 0.0}) {
+      const TracedScene scene(fmt::format(R"(
+[volume.slab]
+type = "box"
+min = [-1e3, -2, -1e3]
+max = [1e3, 0, 1e3]
+extinction = {}
+[light.sun]
+type = "sun"
+direction = [0.6, 0.8, 0]
+irradiance = [1, 1, 1]
+)",
+                                          extinction),
+                              tolerance);
+      const double expected = slab_reflection({1, 0.8, 1, 2 * extinction});
+      const RayResult result = scene.trace({{0, 5, 0}, {0, -1, 0}});
+      // Where the mean free path is below the rounding of positions, the estimate says that nothing is known.
+      const double allowed = extinction < 1e9 ? std::max(0.1 * tolerance, 1e-6 * expected) : result.error;
+      EXPECT_NEAR(result.radiance.x, expected, allowed) << extinction << " " << tolerance;
+    }
+  }
+}
+
 TEST(ExactRadiance, agrees_with_the_twin_on_random_grids) {
   const TempFolder folder;
   for (unsigned seed = 0; seed < 3; ++seed) {
@@ -145,6 +170,64 @@ emission = [{}, 0, 0]
   EXPECT_NEAR(radiance(box("a", 0.5, 2)), 2 / 0.5 * -std::expm1(-1.5), 1e-12);
   EXPECT_NEAR(radiance(box("a", 0.5, 2) + box("b", 0.25, 1)), 3 / 0.75 * -std::expm1(-2.25), 1e-10);
   EXPECT_NEAR(radiance(box("a", 50, 2) + box("b", 0, 1)), 3.0 / 50, 1e-10);
+}
+
+TEST(ExactRadiance, emission_of_overlapping_media_that_are_dense_or_steep) {
+  const auto radiance = [](double extinction) {
+    return TracedScene(fmt::format(R"(
+[volume.fog]
+type = "height_fog"
+base = 0
+scale_height = 0.02
+top = 500
+extent = 5
+extinction = {}
+albedo = [0, 0, 0]
+emission = [2, 0, 0]
+[volume.box]
+type = "box"
+min = [-1, 0, -1]
+max = [1, 10, 1]
+extinction = {}
+albedo = [0, 0, 0]
+emission = [2, 0, 0]
+)",
+                                   extinction, extinction))
+        .trace({{0, 20, 0}, {0, -1, 0}})
+        .radiance.x;
+  };
+  // Both have the source 2 / extinction, so their sum has it too.
+  for (const double extinction : {1e-3, 1.0, 1e3}) {
+    const double tau = extinction * (10 + 0.02 * -std::expm1(-500.0));
+    const double expected = 2 / extinction * opacity_from_tau(tau);
+    EXPECT_NEAR(radiance(extinction), expected, 1e-6 * expected) << extinction;
+  }
+}
+
+TEST(ExactRadiance, a_thin_plume_over_haze_casts_its_shadow) {
+  const TracedScene scene(R"(
+[volume.haze]
+type = "box"
+min = [-500, -1, -500]
+max = [500, 0, 500]
+extinction = 1e-3
+[volume.plume]
+type = "box"
+min = [120, 5, -500]
+max = [170, 6, 500]
+extinction = 1e3
+albedo = [0, 0, 0]
+[light.sun]
+type = "sun"
+direction = [0, 1, 0]
+irradiance = [1, 1, 1]
+)",
+                          1e-6);
+  // Along x at y = -0.5: the sun is gone for 120 < x < 170.
+  const double sigma = 1e-3;
+  const auto until = [&](double x) { return opacity_from_tau(sigma * (x + 500)); };
+  const double expected = kIsotropic * std::exp(-sigma * 0.5) * (until(500) - (until(170) - until(120)));
+  EXPECT_NEAR(scene.trace({{-600, -0.5, 0}, {1, 0, 0}}).radiance.x, expected, 1e-6);
 }
 
 TEST(ExactRadiance, camera_inside_a_medium) {
