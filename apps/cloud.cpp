@@ -64,6 +64,9 @@ openvdb::FloatGrid::Ptr CloudCommand::build(const Named<CloudVolume>& named,
 }
 
 void CloudCommand::run() const {
+  if (output.extension() != ".vdb") {
+    throw Error(ErrorKind::usage, output.string(), "is no name for a cloud; expected one that ends in .vdb");
+  }
   const Scene scene = load_scene(recipe);
   const std::vector<Named<CloudVolume>> clouds = clouds_of(scene);
 

@@ -154,7 +154,8 @@ void add_render_command(CLI::App& app, int&) {
       ->allow_extra_args(false);
   sub->add_option("--threads", command->threads, "number of threads; 0: all cores")
       ->check(CLI::Range(0, 1024));
-  sub->add_option("--crop", command->crop, "render these pixels only")->type_name("X0,Y0,X1,Y1");
+  sub->add_option("--crop", command->crop, "render these pixels only, X1 and Y1 excluded")
+      ->type_name("X0,Y0,X1,Y1");
   sub->add_option("--report", command->report, "write the figures of the render as JSON")
       ->type_name("FILE.json");
   CLI::Option* time_limit = sub->add_option("--time-limit", command->time_limit,

@@ -33,7 +33,9 @@ void warn_about_values(const GridReport& report, std::vector<std::string>& warni
   const ValueReport& values = *report.values;
   const bool is_level_set = entry.grid_class == "level set";
   if (is_level_set) {
-    warnings.push_back("is a level set, not a density; write `level_set = \"fog\"` to fill its inside");
+    warnings.push_back(
+        "is a level set, not a density; write `level_set = \"fog\"` into its volume "
+        "(for a bare file: --set volume.volume.level_set=fog) to fill its inside");
   }
   if (values.nan + values.infinite > 0 || (values.negative > 0 && !is_level_set)) {
     warnings.push_back(

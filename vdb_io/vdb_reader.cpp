@@ -248,7 +248,7 @@ DensityGrid read_density_grid(const std::filesystem::path& path, const VdbReadOp
     fail(path,
          fmt::format(
              "grid \"{}\" is a level set (distances); expected a fog volume; write `level_set = \"fog\"` "
-             "to fill its inside",
+             "into its volume (for a bare file: --set volume.volume.level_set=fog) to fill its inside",
              name));
   }
 
