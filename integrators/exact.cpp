@@ -138,12 +138,13 @@ class ExactTile {
     const bool may_stop_early = m_tolerance > 0.0 && std::isfinite(bound);
     const double enough_tau =
         may_stop_early ? std::clamp(std::log(100.0 * bound / m_tolerance), 0.0, kOpaqueTau) : kOpaqueTau;
+    const double stop_error = may_stop_early ? bound * transmittance(enough_tau) : 0.0;
     SourceQuadrature quadrature(m_profile,
                                 [&](size_t span, double t) { return source(ray, span, t, enough_tau); });
-    const SourceQuadrature::Result scattered = quadrature.integrate(bound, m_tolerance);
+    const SourceQuadrature::Result scattered = quadrature.integrate(bound, m_tolerance - stop_error);
     result.error += rounding_error(ray, bound);
     result.radiance += scattered.radiance;
-    result.error += scattered.error + (may_stop_early ? bound * transmittance(enough_tau) : 0.0);
+    result.error += scattered.error + stop_error;
   }
 
   /// What the rounding of positions can do to the light that reaches them: a point may lie deeper in the
