@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "lib/core/error.h"
+#include "lib/math/affine.h"
 #include "lib/math/transmittance.h"
 
 namespace pileus {
@@ -15,6 +17,12 @@ double local_parameter(const DensityPiece& piece, double t) {
 }
 
 }  // namespace
+
+const Affine& DensityField::index_from_world() const {
+  PILEUS_CHECK(bricks() != nullptr);
+  static const Affine identity;
+  return identity;
+}
 
 double density_at(const DensityPiece& piece, double t) {
   if (piece.rate != 0.0) return piece.rho[0] * std::exp(piece.rate * (t - piece.t0));

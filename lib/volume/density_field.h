@@ -10,6 +10,9 @@
 
 namespace pileus {
 
+class Affine;
+class BrickGrid;
+
 /// The density on one stretch of a ray, as a cubic in Bernstein form over [t0, t1] or as an exponential.
 /// Inside a cell of a trilinear field the density along a ray *is* a cubic, so nothing is approximated; the
 /// Bernstein form keeps every sum free of cancellation (METHODS §9.1), because densities and hence control
@@ -60,6 +63,12 @@ class DensityField {
   /// rho[i] = density at t = t0 + i * dt, for every i: what an equidistant marcher reads.
   virtual void sample(const Ray& ray, double t0, double dt, std::span<double> rho,
                       FieldCounters& counters) const = 0;
+
+  /// The voxels behind the field, for those who march through them; null where there are none.
+  virtual const BrickGrid* bricks() const { return nullptr; }
+
+  /// Where world points lie in the bricks. Only for fields that have bricks.
+  virtual const Affine& index_from_world() const;
 };
 
 }  // namespace pileus

@@ -6,9 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include <nanovdb/NanoVDB.h>
-
-#include "lib/core/error.h"
 #include "lib/math/box.h"
 #include "lib/math/trilinear.h"
 
@@ -31,49 +28,32 @@ struct Tile {
   double value;
 };
 
-/// Finds cells and their corner values through a cached accessor. One per ray.
+/// Finds cells and their corner values; remembers the brick it was in. One per ray.
 class CellReader {
  public:
-  explicit CellReader(const nanovdb::FloatGrid& grid) : m_accessor(grid.getAccessor()) {}
+  explicit CellReader(const BrickGrid& grid) : m_grid(grid) {}
 
-  /// True where the cell's lower corner lies in a leaf: its corners must then be read.
-  bool is_in_leaf(const Vec3i& cell) {
-    const Vec3i origin(cell.x & ~7, cell.y & ~7, cell.z & ~7);
-    if (!m_leaf || origin != m_leaf_origin) {
-      m_leaf = m_accessor.probeLeaf(nanovdb::Coord(cell.x, cell.y, cell.z));
-      m_leaf_origin = origin;
-    }
-    return m_leaf != nullptr;
-  }
-
-  /// The largest box of equal values around a cell that is in no leaf. The last layer of cells of a tile with
-  /// a value interpolates towards its neighbours: there the answer is none, and the cell is read like one in
-  /// a leaf.
+  /// The largest box of equal values around a cell; none where the cell's corners must be read.
   std::optional<Tile> tile_around(const Vec3i& cell) {
-    const nanovdb::Coord ijk(cell.x, cell.y, cell.z);
-    float value = 0.0f;
-    m_accessor.probeValue(ijk, value);
-    const int dim = int(m_accessor.getDim(ijk, 0));
-    const Vec3i lo(cell.x & ~(dim - 1), cell.y & ~(dim - 1), cell.z & ~(dim - 1));
-    if (value == 0.0f) return Tile{lo, lo + Vec3i(dim), 0.0};
-    const bool is_interior = cell.x < lo.x + dim - 1 && cell.y < lo.y + dim - 1 && cell.z < lo.z + dim - 1;
-    if (!is_interior) return std::nullopt;
-    return Tile{lo, lo + Vec3i(dim - 1), value};
+    if (is_in_brick(cell)) return std::nullopt;
+    const BrickGrid::Block* block = m_grid.block_at(cell);
+    if (!block || block->table == BrickGrid::Block::kUniform) {
+      return cube_around(cell, BrickGrid::kBlockCells, block ? block->range.lo : 0.0f);
+    }
+    const BrickGrid::Brick& brick = m_grid.brick_at(*block, cell);
+    if (brick.slot == BrickGrid::Brick::kUniform)
+      return cube_around(cell, BrickGrid::kBrickCells, brick.range.lo);
+    m_values = m_grid.values(brick);
+    m_origin = origin_of(cell, BrickGrid::kBrickCells);
+    return std::nullopt;
   }
 
-  /// The values at the cell's corners; false where all are 0.
-  bool read_corners(const Vec3i& cell, Corners& values) {
-    const bool is_whole = is_in_leaf(cell) && (cell.x & 7) < 7 && (cell.y & 7) < 7 && (cell.z & 7) < 7;
-    if (is_whole) {
-      // Leaf values are ordered z fastest: x strides 64, y 8, z 1.
-      const float* at = m_leaf->data()->mValues + ((cell.x & 7) << 6 | (cell.y & 7) << 3 | (cell.z & 7));
-      values = {at[0], at[64], at[8], at[72], at[1], at[65], at[9], at[73]};
-    } else {
-      const nanovdb::Coord ijk(cell.x, cell.y, cell.z);
-      for (int n = 0; n < 8; ++n) {
-        values[size_t(n)] = m_accessor.getValue(ijk.offsetBy(n & 1, (n >> 1) & 1, n >> 2));
-      }
-    }
+  /// The values at the corners of a cell for which tile_around has just found none; false where all are 0.
+  bool read_corners(const Vec3i& cell, Corners& values) const {
+    const float* at =
+        m_values + (cell.x & 7) * BrickGrid::kStrideX + (cell.y & 7) * BrickGrid::kStrideY + (cell.z & 7);
+    constexpr int x = BrickGrid::kStrideX, y = BrickGrid::kStrideY, z = BrickGrid::kStrideZ;
+    values = {at[0], at[x], at[y], at[x + y], at[z], at[x + z], at[y + z], at[x + y + z]};
     // Densities are >= 0, so the sum is 0 only where all are.
     return ((values[0] + values[1]) + (values[2] + values[3])) +
                ((values[4] + values[5]) + (values[6] + values[7])) >
@@ -81,9 +61,20 @@ class CellReader {
   }
 
  private:
-  nanovdb::DefaultReadAccessor<float> m_accessor;
-  const nanovdb::NanoLeaf<float>* m_leaf = nullptr;
-  Vec3i m_leaf_origin;
+  static Vec3i origin_of(const Vec3i& cell, int size) {
+    return {cell.x & ~(size - 1), cell.y & ~(size - 1), cell.z & ~(size - 1)};
+  }
+  static Tile cube_around(const Vec3i& cell, int size, float value) {
+    const Vec3i lo = origin_of(cell, size);
+    return {lo, lo + Vec3i(size), value};
+  }
+  bool is_in_brick(const Vec3i& cell) const {
+    return m_values && origin_of(cell, BrickGrid::kBrickCells) == m_origin;
+  }
+
+  const BrickGrid& m_grid;
+  const float* m_values = nullptr;  ///< of the brick at m_origin
+  Vec3i m_origin{0, 0, 0};
 };
 
 /// Steps from cell to cell along a ray in index space. Every crossing parameter comes from the integer plane,
@@ -165,15 +156,17 @@ double mean_density(const CellVisit& visit) {
 
 class GridField final : public DensityField {
  public:
-  GridField(nanovdb::GridHandle<nanovdb::HostBuffer> handle, const Affine& world_from_index)
-      : m_handle(std::move(handle)),
-        m_grid(m_handle.grid<float>()),
+  GridField(BrickGrid grid, const Affine& world_from_index)
+      : m_grid(std::move(grid)),
         m_world_from_index(world_from_index),
-        m_index_from_world(world_from_index.inverse()) {
-    PILEUS_CHECK(m_grid != nullptr);
-    scan_nodes();
-    m_cells = Box3d(Vec3d(m_lo), Vec3d(m_hi));
-  }
+        m_index_from_world(world_from_index.inverse()),
+        m_lo(m_grid.lo()),
+        m_hi(m_grid.hi()),
+        m_cells(Vec3d(m_lo), Vec3d(m_hi)),
+        m_max_density(double(m_grid.max_value())) {}
+
+  const BrickGrid* bricks() const override { return &m_grid; }
+  const Affine& index_from_world() const override { return m_index_from_world; }
 
   Box3d bounds() const override {
     Box3d box;
@@ -216,7 +209,7 @@ class GridField final : public DensityField {
   void sample(const Ray& ray, double t0, double dt, std::span<double> rho,
               FieldCounters& counters) const override {
     const Ray index_ray = to_index(ray);
-    CellReader reader(*m_grid);
+    CellReader reader(m_grid);
     Corners corners;
     for (size_t i = 0; i < rho.size(); ++i) {
       rho[i] = 0.0;
@@ -224,7 +217,11 @@ class GridField final : public DensityField {
       if (!in_bounds(p)) continue;
       ++counters.density_samples;
       const Vec3i cell(int(std::floor(p.x)), int(std::floor(p.y)), int(std::floor(p.z)));
-      if (reader.read_corners(cell, corners)) rho[i] = trilinear(corners, p - Vec3d(cell.x, cell.y, cell.z));
+      if (const std::optional<Tile> tile = reader.tile_around(cell)) {
+        rho[i] = tile->value;
+      } else if (reader.read_corners(cell, corners)) {
+        rho[i] = trilinear(corners, p - Vec3d(cell));
+      }
     }
   }
 
@@ -247,13 +244,12 @@ class GridField final : public DensityField {
                         index_ray.d != Vec3d(0.0);
     if (segment.empty() || !is_ray) return;
 
-    CellReader reader(*m_grid);
+    CellReader reader(m_grid);
     CellStepper stepper(index_ray, first_cell(index_ray.at(segment.t0)));
     CellVisit now{segment.t0, segment.t0};
     while (now.t0 < segment.t1) {
       int axis = 0;
-      const std::optional<Tile> tile =
-          reader.is_in_leaf(stepper.cell) ? std::nullopt : reader.tile_around(stepper.cell);
+      const std::optional<Tile> tile = reader.tile_around(stepper.cell);
       if (tile) {
         const double t = stepper.exit_of(*tile, axis);
         now.t1 = std::clamp(t, now.t0, segment.t1);
@@ -292,60 +288,16 @@ class GridField final : public DensityField {
     return cell;
   }
 
-  /// Finds the box of all cells that may be non-zero and the largest density, inactive voxels included:
-  /// interpolation reads them. Also clears the marks by which NanoVDB calls a node without active values one
-  /// big tile: it may hold leaves that are there for the cells at their upper faces.
-  void scan_nodes() {
-    auto& tree = m_handle.grid<float>()->tree();
-    for (uint32_t n = 0; n < tree.nodeCount(0); ++n) {
-      const auto& leaf = tree.getFirstLeaf()[n];
-      const float* values = leaf.data()->mValues;
-      const float largest = *std::max_element(values, values + nanovdb::NanoLeaf<float>::SIZE);
-      if (largest > 0.0f) add_values(leaf.origin(), 8, largest);
-    }
-    scan_tiles(tree.getFirstLower(), tree.nodeCount(1));
-    scan_tiles(tree.getFirstUpper(), tree.nodeCount(2));
-    const auto& root = *tree.root().data();
-    for (uint32_t i = 0; i < root.mTableSize; ++i) {
-      const auto* tile = root.tile(i);
-      if (!tile->isChild() && tile->value > 0.0f) add_values(tile->origin(), 4096, tile->value);
-    }
-  }
-
-  template <class Node>
-  void scan_tiles(Node* nodes, uint32_t count) {
-    for (uint32_t n = 0; n < count; ++n) {
-      auto& data = *nodes[n].data();
-      data.mFlags &= ~uint64_t(1);
-      for (uint32_t i = 0; i < std::size(data.mTable); ++i) {
-        if (data.isChild(i) || !(data.mTable[i].value > 0.0f)) continue;
-        add_values(nodes[n].offsetToGlobalCoord(i), int(Node::ChildNodeType::dim()), data.mTable[i].value);
-      }
-    }
-  }
-
-  /// Takes note of a cube of voxels with a positive density. A voxel reaches one cell further on each side.
-  void add_values(const nanovdb::Coord& origin, int dim, float largest) {
-    for (int axis = 0; axis < 3; ++axis) {
-      m_lo[axis] = std::min(m_lo[axis], origin[axis] - 1);
-      m_hi[axis] = std::max(m_hi[axis], origin[axis] + dim);
-    }
-    m_max_density = std::max(m_max_density, double(largest));
-  }
-
-  nanovdb::GridHandle<nanovdb::HostBuffer> m_handle;
-  const nanovdb::FloatGrid* m_grid;
+  BrickGrid m_grid;
   Affine m_world_from_index, m_index_from_world;
-  Vec3i m_lo{std::numeric_limits<int>::max()},
-      m_hi{std::numeric_limits<int>::min()};  ///< all cells that may be non-zero, [lo, hi)
-  Box3d m_cells;                              ///< the same as a box of index space
-  double m_max_density = 0.0;
+  Vec3i m_lo, m_hi;  ///< all cells that may be non-zero, [lo, hi)
+  Box3d m_cells;     ///< the same as a box of index space
+  double m_max_density;
 };
 
 }  // namespace
 
-std::shared_ptr<const DensityField> make_grid_field(nanovdb::GridHandle<nanovdb::HostBuffer> grid,
-                                                    const Affine& world_from_index) {
+std::shared_ptr<const DensityField> make_grid_field(BrickGrid grid, const Affine& world_from_index) {
   return std::make_shared<GridField>(std::move(grid), world_from_index);
 }
 

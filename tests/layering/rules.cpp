@@ -50,7 +50,7 @@ struct Library {
 };
 const std::vector<Library> kLibraries = {
     {"OpenVDB", std::regex("openvdb/.*"), {"vdb_io", "tests"}},
-    {"NanoVDB", std::regex("nanovdb/.*"), {"lib/volume", "vdb_io", "tests"}},
+    {"NanoVDB", std::regex("nanovdb/.*"), {"vdb_io", "tests"}},
     {"OpenEXR", std::regex("(OpenEXR/.*)|((Imf|Iex|IlmThread).*)"), {"lib/image", "tests"}},
     {"OpenImageIO", std::regex("OpenImageIO/.*"), {"lib/image", "tests"}},
     {"toml++", std::regex("toml\\+\\+/.*"), {"lib/scene", "tests"}},

@@ -130,7 +130,7 @@ TEST(FieldFromGrid, a_grid_of_zeros_is_a_field_of_zeros) {
 TEST(FieldFromGrid, refuses_more_tile_surface_than_memory) {
   auto grid = make_grid();
   for (int i = 0; i < 4000; ++i) grid->tree().addTile(3, Coord(8192 * i, 0, 0), 1.0f, true);
-  expect_mentions(error_of([&] { field_from_grid(*grid, Affine()); }), "constant tiles needs");
+  expect_mentions(error_of([&] { field_from_grid(*grid, Affine()); }), "bricks need");
 }
 
 TEST(FieldFromGrid, shows_a_real_cloud) {
