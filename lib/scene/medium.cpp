@@ -11,6 +11,14 @@ void Medium::describe(ParamTable& params) {
   params.rgb("emission", emission, "W/(m3 sr)", "radiance emitted per metre where the density is 1")
       .at_least(0);
   params.plugin<PhaseFunction>("phase", phase, "isotropic", "how scattered light is spread over directions");
+  params.group(
+      "multiple_scattering", [this](ParamTable& group) { multiple_scattering.describe(group); },
+      "light scattered more than once, as octaves of single scattering");
+  params.group(
+      "powder", [this](ParamTable& group) { powder.describe(group); },
+      "darkening where little of the medium lies towards the light");
+  params.group(
+      "ambient", [this](ParamTable& group) { ambient.describe(group); }, "light of the sky around");
 }
 
 void Placement::describe(ParamTable& params) {

@@ -9,6 +9,7 @@
 #include "lib/core/registry.h"
 #include "lib/math/affine.h"
 #include "lib/scene/phase_function.h"
+#include "lib/scene/scattering.h"
 #include "lib/volume/density_field.h"
 
 namespace pileus {
@@ -27,6 +28,9 @@ struct Medium : Plugin {
   Rgb albedo{1.0, 1.0, 1.0};    ///< sigma_s / sigma_t, per channel
   Rgb emission{0.0, 0.0, 0.0};  ///< radiance emitted per metre at rho = 1 [W/(m3 sr)]
   std::shared_ptr<const PhaseFunction> phase;
+  MultipleScattering multiple_scattering;
+  Powder powder;
+  SkyAround ambient;
 
   void describe(ParamTable& params) final;
 

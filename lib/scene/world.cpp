@@ -27,8 +27,10 @@ World build_world(const Scene& scene) {
     const Medium& medium = *volume.object;
     const bool is_visible = medium.extinction > 0.0 || medium.emission != Rgb(0.0);
     if (!is_visible) continue;  // neither loaded nor built: the effect plan says so
-    world.media.push_back({volume.name, build_density(volume, scene.freeforms), medium.extinction,
-                           medium.albedo, medium.emission, medium.phase});
+    const auto density = build_density(volume, scene.freeforms);
+    world.media.push_back({volume.name, density, medium.extinction, medium.albedo, medium.emission,
+                           medium.phase, scatter_terms(medium.multiple_scattering, medium.powder),
+                           ambient_light(medium.ambient, *density, volume.name)});
   }
   for (const Named<Light>& light : scene.lights) world.lights.push_back(light.object);
   for (const Named<Shape>& object : scene.objects) world.shapes.push_back(object.object);

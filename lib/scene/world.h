@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "lib/scene/scattering.h"
 #include "lib/scene/scene.h"
 
 namespace pileus {
@@ -18,6 +19,8 @@ struct WorldMedium {
   Rgb albedo;         ///< sigma_s / sigma_t
   Rgb emission;       ///< radiance per metre = emission * rho [W/(m3 sr)]
   std::shared_ptr<const PhaseFunction> phase;
+  std::vector<ScatterTerm> scattering{ScatterTerm{}};  ///< response to lights; never empty
+  AmbientLight ambient;                                ///< light of the sky around
 };
 
 /// The scene as integrators see it: everything loaded and built, nothing that changes any more.
