@@ -4,6 +4,7 @@
 #include <array>
 #include <cstring>
 #include <limits>
+#include <map>
 
 #include <fmt/format.h>
 #include <unistd.h>
@@ -67,7 +68,7 @@ size_t BrickGrid::memory_bytes() const {
 
 float BrickGrid::max_value() const {
   float largest = 0.0f;
-  for (const Block& block : m_blocks) largest = std::max(largest, block.range.hi);
+  for (const Block& block : m_blocks) largest = std::max(largest, block.whole.range.hi);
   return largest;
 }
 
@@ -317,8 +318,7 @@ class BrickGridBuilder {
     for (size_t i = 0; i < m_blocks.size(); ++i) {
       BrickGrid::Block& block = m_grid.m_blocks[i];
       if (m_blocks[i].sources.empty()) {
-        const float value = uniform_value(m_blocks[i].uniform);
-        block.range = {value, value};
+        block.whole = uniform_brick(uniform_value(m_blocks[i].uniform));
       } else {
         block.table = tables++;
       }
@@ -366,16 +366,21 @@ class BrickGridBuilder {
         if (is_uniform(sources)) {
           brick.range.lo = brick.range.hi = uniform_value(sources[0]);
         } else {
-          brick.slot = slots[task + 1]++;
+          brick.slot = ++slots[task + 1];
         }
       });
     });
+    share_uniform_bricks();
+    slots[0] = int32_t(m_slot_of_uniform.size()) - 1;
     for (size_t task = 0; task < tasks; ++task) slots[task + 1] += slots[task];
-    m_grid.m_slots = slots[tasks];
+    m_grid.m_slots = slots[tasks] + 1;
     m_grid.m_values = std::make_unique_for_overwrite<float[]>(size_t(m_grid.m_slots) * BrickGrid::kPitch);
+    for (const auto& [value, slot] : m_slot_of_uniform) {
+      std::fill_n(m_grid.m_values.get() + size_t(slot) * BrickGrid::kPitch, BrickGrid::kPitch, value);
+    }
     parallel_for(tasks, [&](size_t task) {
       for_bricks_of(task, [&](const Vec3i& at, BrickGrid::Brick& brick) {
-        if (brick.slot == BrickGrid::Brick::kUniform) return;
+        if (brick.range.hi > 0.0f || brick.slot == 0) return;  // uniform
         brick.slot += slots[task];
         float* values = m_grid.m_values.get() + size_t(brick.slot) * BrickGrid::kPitch;
         fill(sources_of(at), values);
@@ -383,6 +388,18 @@ class BrickGridBuilder {
       });
     });
     collect_block_ranges();
+  }
+
+  /// The brick that stands for all of one value; slot 0 is that of 0.
+  BrickGrid::Brick uniform_brick(float value) {
+    const auto [found, is_new] = m_slot_of_uniform.try_emplace(value, int32_t(m_slot_of_uniform.size()));
+    return {found->second, {value, value}};
+  }
+
+  void share_uniform_bricks() {
+    for (BrickGrid::Brick& brick : m_grid.m_bricks) {
+      if (brick.slot == 0 && brick.range.hi > 0.0f) brick = uniform_brick(brick.range.hi);
+    }
   }
 
   /// Copies the 9^3 corner values of a brick, row by row along z.
@@ -409,8 +426,8 @@ class BrickGridBuilder {
       BrickGrid::Block& block = m_grid.m_blocks[i];
       if (block.table == BrickGrid::Block::kUniform) return;
       const BrickGrid::Brick* bricks = m_grid.m_bricks.data() + size_t(block.table) * kBricks;
-      block.range = bricks[0].range;
-      for (size_t n = 1; n < kBricks; ++n) block.range.include(bricks[n].range);
+      block.whole.range = bricks[0].range;
+      for (size_t n = 1; n < kBricks; ++n) block.whole.range.include(bricks[n].range);
     });
   }
 
@@ -422,6 +439,7 @@ class BrickGridBuilder {
   size_t m_last = 0;
   std::vector<WantedBrick> m_wanted;
   double m_face_bricks = 0.0;
+  std::map<float, int32_t> m_slot_of_uniform{{0.0f, 0}};
   BrickGrid m_grid;
 };
 

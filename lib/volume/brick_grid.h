@@ -30,7 +30,8 @@ struct ValueRange {
 /// brick covers 8^3 cells and stores the 9^3 values at their corners: every cell finds its corners in one
 /// brick, at fixed distances, for 1.42 times the memory of the voxels (METHODS §9.5 asks for the extra layer
 /// in any case). Three levels, each with exact ranges over interpolation footprints: blocks of 128^3 cells,
-/// bricks of 8^3 cells, cells. A brick or a block whose corner values are all alike stores none.
+/// bricks of 8^3 cells, cells. Bricks whose corner values are all alike share one copy of them; slot 0 holds
+/// zeros.
 class BrickGrid {
  public:
   static constexpr int kBrickCells = 8;
@@ -41,8 +42,7 @@ class BrickGrid {
   static constexpr int kPitch = 736;  ///< from one brick's values to the next's: whole cache lines
 
   struct Brick {
-    static constexpr int32_t kUniform = -1;
-    int32_t slot = kUniform;  ///< values are at slot * kPitch
+    int32_t slot = 0;  ///< values are at slot * kPitch
     ValueRange range;
   };
 
@@ -50,22 +50,20 @@ class BrickGrid {
     static constexpr int32_t kUniform = -1;
     Vec3i origin{0, 0, 0};     ///< its first cell, a multiple of kBlockCells
     int32_t table = kUniform;  ///< its 16^3 bricks are at table * 4096, z fastest
-    ValueRange range;
+    Brick whole;  ///< stands for every brick of a uniform block; its range is the block's in any case
   };
 
   /// The block that holds a cell; null where there is nothing.
   const Block* block_at(const Vec3i& cell) const;
 
-  /// The brick that holds a cell of a block with bricks.
+  /// The brick that holds a cell of a block.
   const Brick& brick_at(const Block& block, const Vec3i& cell) const {
+    if (block.table == Block::kUniform) return block.whole;
     return m_bricks[size_t(block.table) * kBricksOfBlock + brick_index(cell)];
   }
 
-  /// The corner values of a brick that is not uniform, and of the cell in it: at strides kStrideX, Y, Z.
+  /// The 9^3 corner values of a brick, at strides kStrideX, Y, Z.
   const float* values(const Brick& brick) const { return m_values.get() + size_t(brick.slot) * kPitch; }
-  const float* corner(const Brick& brick, const Vec3i& cell) const {
-    return values(brick) + (cell.x & 7) * kStrideX + (cell.y & 7) * kStrideY + (cell.z & 7);
-  }
 
   /// All cells that may be non-zero, [lo, hi); lo > hi where there are none.
   const Vec3i& lo() const { return m_lo; }

@@ -37,12 +37,12 @@ class CellReader {
   std::optional<Tile> tile_around(const Vec3i& cell) {
     if (is_in_brick(cell)) return std::nullopt;
     const BrickGrid::Block* block = m_grid.block_at(cell);
-    if (!block || block->table == BrickGrid::Block::kUniform) {
-      return cube_around(cell, BrickGrid::kBlockCells, block ? block->range.lo : 0.0f);
+    if (!block) return cube_around(cell, BrickGrid::kBlockCells, 0.0f);
+    if (block->table == BrickGrid::Block::kUniform) {
+      return cube_around(cell, BrickGrid::kBlockCells, block->whole.range.lo);
     }
     const BrickGrid::Brick& brick = m_grid.brick_at(*block, cell);
-    if (brick.slot == BrickGrid::Brick::kUniform)
-      return cube_around(cell, BrickGrid::kBrickCells, brick.range.lo);
+    if (brick.range.is_uniform()) return cube_around(cell, BrickGrid::kBrickCells, brick.range.lo);
     m_values = m_grid.values(brick);
     m_origin = origin_of(cell, BrickGrid::kBrickCells);
     return std::nullopt;
