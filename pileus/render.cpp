@@ -78,23 +78,24 @@ class Pass {
     Counters tile_counters;
     std::vector<Ray> rays;
     std::vector<RayResult> results;
-    for (const Vec2i& pixel : tiles.pixels(index)) {
-      rays.clear();
-      append_rays(pixel, m_scene.render.pixel_samples, rays);
-      results.resize(rays.size());
-      trace(rays, results, tile_counters, must_stop);
-      film.set_pixel(pixel.x, pixel.y, results);
+    const std::vector<Vec2i> pixels = tiles.pixels(index);
+    for (const Vec2i& pixel : pixels) append_rays(pixel, m_scene.render.pixel_samples, rays);
+    results.resize(rays.size());
+    trace(rays, results, tile_counters, must_stop);
+    const size_t rays_per_pixel = rays.size() / pixels.size();
+    for (size_t i = 0; i < pixels.size(); ++i) {
+      film.set_pixel(pixels[i].x, pixels[i].y, std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
     }
     finish_tile(index, tile_counters);
   }
 
-  /// Traces a few rays at a time, so that an interruption is heard soon even where rays are costly.
+  /// Traces as many rays at a time as the integrator likes; an interruption is heard in between.
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& tile_counters,
              const std::function<bool()>& must_stop) const {
-    constexpr size_t kBatch = 4;
-    for (size_t first = 0; first < rays.size(); first += kBatch) {
+    const size_t batch = m_tracer->rays_per_call();
+    for (size_t first = 0; first < rays.size(); first += batch) {
       if (must_stop && must_stop()) throw PassStopped{};
-      const size_t count = std::min(kBatch, rays.size() - first);
+      const size_t count = std::min(batch, rays.size() - first);
       m_tracer->trace(rays.subspan(first, count), results.subspan(first, count), tile_counters);
     }
   }

@@ -41,6 +41,9 @@ class Tracer {
  public:
   virtual ~Tracer() = default;
 
+  /// How many rays trace() likes to get at once. An interruption is heard between calls: where rays are costly, few.
+  virtual size_t rays_per_call() const { return 4; }
+
   /// Fills results[i] for rays[i], which are neighbours in Morton order. The result of a ray does not depend
   /// on the rays beside it.
   virtual void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const = 0;

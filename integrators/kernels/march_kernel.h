@@ -1,0 +1,99 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "lib/math/affine.h"
+#include "lib/math/ray.h"
+#include "lib/volume/brick_pyramid.h"
+
+namespace pileus {
+
+// The loops of `march`. One kernel source serves every instruction set (Highway); it is chosen once per tile.
+//
+// A lane is a sample, not a ray: the walk over nodes is scalar and decides step lengths, its samples queue up
+// until they fill a vector. So a vector is always full, whatever the rays beside it do, and every decision
+// that adapts to the scene is made per node, not per lane.
+//
+// Cost model, per sample: 4 pair gathers of density, 4 of the sun's optical depth, 14 lerps, 2 exponentials:
+// about 14 cycles on AVX2; 48 bytes from caches. Per node of 16^3 cells: about 25 cycles.
+
+inline constexpr int kMostTerms = 32;  ///< 16 octaves with powder
+
+/// A grid as the kernel sees it. Local space: cells, relative to the pyramid's origin.
+struct MarchGrid {
+  const BrickPyramid* pyramid = nullptr;
+  Affine local_from_world;
+  Box3d bounds;             ///< of what is not 0, local
+  double extinction = 0.0;  ///< [1/m]
+
+  int terms = 1;                                    ///< scatter terms
+  std::array<float, kMostTerms> term_extinction{};  ///< of each, relative to the grid's
+};
+
+/// Optical depths towards a sun through one grid, on a sheared lattice whose w axis runs towards the sun; see
+/// sun_lattice.h. Beyond the lattice the value of its border holds.
+struct SunLattice {
+  Affine lattice_from_world;
+  Vec3i size{0, 0, 0};           ///< nodes along u, v, w; at least 2
+  std::unique_ptr<float[]> tau;  ///< [u][v][w], w fastest
+};
+
+struct MarchScene {
+  std::vector<MarchGrid> grids;
+  std::vector<SunLattice> lattices;  ///< [light][grid]
+  int lights = 0;
+  bool several_terms = false;  ///< some grid has more than the plain term
+  bool height_light = false;   ///< ambient light that varies with height
+  double step_quality = 0.0;   ///< how much error a step may make; the error falls in proportion
+  double stop = 0.0;           ///< transmittance at which a ray ends
+};
+
+/// What a ray asks for.
+struct MarchRay {
+  Ray ray;
+  Segment segment;
+  const float* weights =
+      nullptr;  ///< [grid][light][kMostTerms]: phase weights [1/sr] times the light's strongest channel
+  double height0 = 0.0, height1 = 0.0;  ///< ambient mix at t: height0 + t * height1
+  double behind = 0.0;                  ///< radiance that arrives from the end of the ray, largest channel
+};
+
+/// What it gets, besides MarchSums.
+struct MarchResult {
+  double tau = 0.0;
+  double transmittance = 1.0;  ///< where the ray stopped
+  double z_first = 0.0, z_half = 0.0;
+  double error = 0.0;  ///< estimated, from second differences of the samples
+  uint64_t samples = 0, lookups = 0, leaps = 0;
+};
+
+/// sums[grid][2 + lights]: the integral of T rho dt [m]; of T sigma_t times the ambient mix; then for each
+/// light of T sigma_t R, with R the weighted sum of the grid's terms.
+inline size_t sums_per_grid(const MarchScene& scene) {
+  return 2 + size_t(scene.lights);
+}
+
+/// Marches rays; `sums` has rays.size() * grids * sums_per_grid() values.
+void march_rays(const MarchScene& scene, std::span<const MarchRay> rays, std::span<MarchResult> results,
+                std::span<double> sums);
+
+/// Fills rows [u0, u1) of a lattice: tau[u][v][w] for all v, w. `steps` samples are taken between
+/// neighbouring nodes.
+///   index_at(u, v, w) = origin + u * eu + v * ev + w * ew, local to the grid
+struct SunSweep {
+  const MarchGrid* grid = nullptr;
+  Vec3d origin, eu, ev, ew;
+  Vec3i size{0, 0, 0};
+  double length = 0.0;  ///< of ew in world space [m]
+  int steps = 1;
+};
+void sweep_sun_rows(const SunSweep& sweep, int u0, int u1, float* tau);
+
+/// Name of the instruction set that the kernels use on this machine.
+const char* march_target();
+
+}  // namespace pileus

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <vector>
+
+#include "lib/volume/brick_grid.h"
+
+namespace pileus {
+
+/// What SIMD lanes and leaping rays need of a brick grid: a flat table that says where the values of a brick
+/// are, and the ranges of ever larger nodes. Level 0 are the bricks of 8^3 cells, each level doubles the
+/// edge. Around the grid lies at least one brick of zeros, so that a point that rounding has put outside
+/// reads 0.
+class BrickPyramid {
+ public:
+  struct Level {
+    Vec3i nodes{0, 0, 0};            ///< number of nodes
+    std::vector<ValueRange> ranges;  ///< [x][y][z], z fastest
+  };
+
+  /// errors: Error(failed) where the grid's box has more than kMostBricks bricks, or its values more than
+  /// 2^31
+  explicit BrickPyramid(const BrickGrid& grid);
+
+  static constexpr double kMostBricks = double(1 << 26);
+
+  const BrickGrid& grid() const { return *m_grid; }
+
+  /// The first cell of the table; a position relative to it is >= 0 wherever there is a table entry.
+  const Vec3i& origin() const { return m_origin; }
+
+  /// Where the values of a brick are: index into grid().all_values(), [x][y][z] of the brick, z fastest.
+  const std::vector<int32_t>& offsets() const { return m_offsets; }
+
+  const std::vector<Level>& levels() const { return m_levels; }
+
+  /// Range of the node of a level that holds a cell, which is relative to origin() and in the table.
+  const ValueRange& range(size_t level, const Vec3i& cell) const {
+    const Level& nodes = m_levels[level];
+    const int shift = 3 + int(level);
+    return nodes.ranges[(size_t(cell.x >> shift) * size_t(nodes.nodes.y) + size_t(cell.y >> shift)) *
+                            size_t(nodes.nodes.z) +
+                        size_t(cell.z >> shift)];
+  }
+
+ private:
+  void fill_level_0();
+  void add_level();
+
+  const BrickGrid* m_grid;
+  Vec3i m_origin{0, 0, 0};
+  std::vector<int32_t> m_offsets;
+  std::vector<Level> m_levels;
+};
+
+}  // namespace pileus
