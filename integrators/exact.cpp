@@ -1,4 +1,4 @@
-/// The reference: single scattering with the exact transmittance, in double precision.
+/// The reference: scattering with the exact optical depth towards each light, in double precision.
 ///
 /// Optical depth is exact up to rounding: cell by cell, by the control values of the cubic that the density
 /// is along a ray (METHODS §9.1), towards the camera and towards every light. The in-scattered light is
@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "integrators/gauss_kronrod.h"
+#include "integrators/light_bound.h"
 #include "integrators/lighting.h"
 #include "integrators/ray_profile.h"
 #include "integrators/source_quadrature.h"
@@ -35,7 +36,19 @@ double largest(const Rgb& rgb) {
 class ExactTile {
  public:
   ExactTile(const World& world, const EffectPlan& plan, double tolerance)
-      : m_world(world), m_plan(plan), m_tolerance(tolerance) {}
+      : m_world(world),
+        m_plan(plan),
+        m_tolerance(tolerance),
+        m_ambient(media_with_ambient(world)),
+        m_dark_tau(kOpaqueTau / slowest_extinction(world)) {
+    for (const WorldMedium& medium : world.media) m_terms = std::max(m_terms, medium.scattering.size());
+    for (const size_t m : m_ambient) {
+      const WorldMedium& medium = world.media[m];
+      for (const Rgb& sky : {medium.ambient.bottom, medium.ambient.top}) {
+        m_ambient_bound = std::max(m_ambient_bound, largest(medium.albedo * sky));
+      }
+    }
+  }
 
   RayResult trace(const Ray& ray) {
     RayResult result;
@@ -49,7 +62,7 @@ class ExactTile {
       result.radiance +=
           result.transmittance *
           radiance_at_end(m_world, m_plan, ray, hit, counters, [&](const Ray& shadow, Segment segment) {
-            return media_transmittance(shadow, segment, kOpaqueTau);
+            return media_depth(shadow, segment, kOpaqueTau);
           });
     }
     if (hit) {
@@ -72,7 +85,7 @@ class ExactTile {
     result.z_first = spans.front().t0;
     result.z_half = half_depth();
     if (m_plan.emission) result.radiance += emitted();
-    if (m_plan.scattering) add_scattered(ray, result);
+    if (m_plan.scattering || m_plan.ambient) add_scattered(ray, result);
   }
 
   /// Where along the ray the edge of a solid's shadow is crossed: the in-scattered light jumps there.
@@ -133,16 +146,17 @@ class ExactTile {
   }
 
   void add_scattered(const Ray& ray, RayResult& result) {
-    const double bound = prepare_source(ray);
+    const double light_bound = prepare_source(ray);
     // A shadow ray may stop where the light that is left cannot reach a hundredth of the tolerance.
-    const bool may_stop_early = m_tolerance > 0.0 && std::isfinite(bound);
+    const bool may_stop_early = m_tolerance > 0.0 && std::isfinite(light_bound);
     const double enough_tau =
-        may_stop_early ? std::clamp(std::log(100.0 * bound / m_tolerance), 0.0, kOpaqueTau) : kOpaqueTau;
-    const double stop_error = may_stop_early ? bound * transmittance(enough_tau) : 0.0;
+        may_stop_early ? std::min(m_light_bound.enough_tau(m_tolerance), m_dark_tau) : m_dark_tau;
+    const double stop_error = may_stop_early ? m_light_bound.beyond(enough_tau) : 0.0;
     SourceQuadrature quadrature(m_profile,
                                 [&](size_t span, double t) { return source(ray, span, t, enough_tau); });
-    const SourceQuadrature::Result scattered = quadrature.integrate(bound, m_tolerance - stop_error);
-    result.error += rounding_error(ray, bound);
+    const SourceQuadrature::Result scattered =
+        quadrature.integrate(light_bound + m_ambient_bound, m_tolerance - stop_error);
+    result.error += rounding_error(ray, light_bound);
     result.radiance += scattered.radiance;
     result.error += scattered.error + stop_error;
   }
@@ -150,48 +164,58 @@ class ExactTile {
   /// What the rounding of positions can do to the light that reaches them: a point may lie deeper in the
   /// media than it should by a few ulp of its coordinates. Negligible until the mean free path is that short,
   /// all there is beyond.
-  double rounding_error(const Ray& ray, double source_bound) const {
-    if (!std::isfinite(source_bound)) return 0.0;
+  double rounding_error(const Ray& ray, double light_bound) const {
+    if (!std::isfinite(light_bound)) return 0.0;
     const double distance = length(ray.o) + m_profile.spans().front().t0;
     double tau = 0.0;
     for (const WorldMedium& medium : m_world.media) {
       tau += medium.extinction * medium.density->max_density() * 8.0 *
              std::numeric_limits<double>::epsilon() * distance;
     }
-    return source_bound * std::min(tau, 1.0);
+    return std::min(light_bound, m_light_bound.slope() * tau);
   }
 
-  /// Sets the light weights that stay the same along the ray, albedo * p * E for every medium and sun.
-  /// Returns an upper bound of source().
+  /// Sets the weights that stay the same along the ray, those of suns, for every medium and term.
+  /// Returns an upper bound of the light of all lights in source().
   double prepare_source(const Ray& ray) {
-    const size_t lights = m_world.lights.size();
-    m_weights.assign(m_world.media.size() * lights, Rgb(0.0));
-    double bound = 0.0;
-    for (size_t l = 0; l < lights; ++l) {
+    m_weights.resize(m_world.media.size() * m_world.lights.size() * m_terms);
+    m_here.resize(m_terms);
+    m_light_bound.reset(m_terms);
+    bool all_bounded = true;
+    for (size_t l = 0; l < m_world.lights.size(); ++l) {
       if (!m_world.lights[l]->is_directional()) {
-        bound = std::numeric_limits<double>::infinity();
+        all_bounded = false;
         continue;
       }
       const Illumination light = m_world.lights[l]->at(ray.o);
-      double brightest = 0.0;
+      m_one_light.reset(m_terms);
       for (size_t m = 0; m < m_world.media.size(); ++m) {
-        m_weights[m * lights + l] = weight_of(m_world.media[m], -ray.d, light);
-        brightest = std::max(brightest, largest(m_weights[m * lights + l]));
+        set_weights(m_world.media[m], -ray.d, light, weights(m, l));
+        m_one_light.cover(m_world.media[m].scattering, weights(m, l));
       }
-      bound += brightest;
+      m_light_bound.add(m_one_light);
     }
-    return bound;
+    return all_bounded ? m_light_bound.beyond(0.0) : std::numeric_limits<double>::infinity();
   }
 
-  static Rgb weight_of(const WorldMedium& medium, const Vec3d& wo, const Illumination& light) {
-    return medium.albedo * light.irradiance * medium.phase->p(wo, light.wi);
+  /// albedo * E * phase for every term of the medium's response.
+  static void set_weights(const WorldMedium& medium, const Vec3d& wo, const Illumination& light,
+                          std::span<Rgb> weights) {
+    const double p = medium.phase->p(wo, light.wi);
+    for (size_t i = 0; i < medium.scattering.size(); ++i) {
+      weights[i] = medium.albedo * light.irradiance * phase_weight(medium.scattering[i], p);
+    }
+  }
+
+  std::span<Rgb> weights(size_t medium, size_t light) {
+    return std::span(m_weights).subspan((medium * m_world.lights.size() + light) * m_terms, m_terms);
   }
 
   /// The source function in-scattered radiance / sigma_t, at t in span i: the mean over the media of what
   /// each scatters towards the camera.
   Rgb source(const Ray& ray, size_t i, double t, double enough_tau) {
     ++counters.source_samples;
-    const size_t media = m_world.media.size(), lights = m_world.lights.size();
+    const size_t media = m_world.media.size();
     m_share.resize(media);
     double sigma_t = 0.0;
     for (size_t m = 0; m < media; ++m) {
@@ -201,24 +225,34 @@ class ExactTile {
     if (!(sigma_t > 0.0)) return Rgb(0.0);
     Rgb sum(0.0);
     const Vec3d p = ray.at(t);
-    for (size_t l = 0; l < lights; ++l) {
-      const Light& light = *m_world.lights[l];
-      const Illumination here = light.at(p);
-      const double visible =
-          visibility(m_world, m_plan, p, here, counters, [&](const Ray& shadow, Segment segment) {
-            return media_transmittance(shadow, segment, enough_tau);
-          });
-      if (visible <= 0.0) continue;
-      for (size_t m = 0; m < media; ++m) {
-        const Rgb weight =
-            light.is_directional() ? m_weights[m * lights + l] : weight_of(m_world.media[m], -ray.d, here);
-        sum += weight * (visible * m_share[m] / sigma_t);
-      }
+    for (size_t l = 0; l < m_world.lights.size(); ++l) add_light(l, p, -ray.d, sigma_t, enough_tau, sum);
+    for (const size_t m : m_ambient) {
+      ++counters.ambient_samples;
+      sum += m_world.media[m].albedo * m_world.media[m].ambient.at(p.y) * (m_share[m] / sigma_t);
     }
     return sum;
   }
 
-  double media_transmittance(const Ray& ray, Segment segment, double enough_tau) {
+  /// The part of source() that one light brings about.
+  void add_light(size_t l, const Vec3d& p, const Vec3d& wo, double sigma_t, double enough_tau, Rgb& sum) {
+    const Light& light = *m_world.lights[l];
+    const Illumination here = light.at(p);
+    const double tau = depth_to_light(
+        m_world, m_plan, p, here, counters,
+        [&](const Ray& shadow, Segment segment) { return media_depth(shadow, segment, enough_tau); });
+    if (!std::isfinite(tau)) return;
+    for (size_t m = 0; m < m_world.media.size(); ++m) {
+      const WorldMedium& medium = m_world.media[m];
+      if (!light.is_directional()) set_weights(medium, wo, here, m_here);
+      const std::span<const Rgb> weight = light.is_directional() ? weights(m, l) : std::span(m_here);
+      for (size_t i = 0; i < medium.scattering.size(); ++i) {
+        sum += weight[i] * (transmittance(medium.scattering[i].extinction * tau) * m_share[m] / sigma_t);
+      }
+    }
+  }
+
+  /// Optical depth of all media in the segment; may stop early once it is at least `enough_tau`.
+  double media_depth(const Ray& ray, Segment segment, double enough_tau) {
     double tau = 0.0;
     for (const WorldMedium& medium : m_world.media) {
       if (medium.extinction <= 0.0) continue;
@@ -226,7 +260,7 @@ class ExactTile {
              medium.density->column(ray, segment, (enough_tau - tau) / medium.extinction, counters.shadow);
       if (tau >= enough_tau) break;
     }
-    return transmittance(tau);
+    return tau;
   }
 
   const World& m_world;
@@ -234,7 +268,13 @@ class ExactTile {
   double m_tolerance;
   RayProfile m_profile;
   std::vector<double> m_cuts;
-  std::vector<Rgb> m_weights;   ///< [medium][light]
+  std::vector<size_t> m_ambient;  ///< media in the light of a sky
+  double m_ambient_bound = 0.0;   ///< upper bound of its part of source()
+  double m_dark_tau;              ///< towards a light: no medium responds beyond
+  size_t m_terms = 0;             ///< largest number of terms of a medium's response
+  LightBound m_light_bound, m_one_light;
+  std::vector<Rgb> m_weights;   ///< [medium][light][term]
+  std::vector<Rgb> m_here;      ///< [term]: those of a light at a finite distance, at the present point
   std::vector<double> m_share;  ///< sigma_t of each medium at the present point
 };
 

@@ -1,5 +1,7 @@
 #include "integrators/lighting.h"
 
+#include <algorithm>
+
 namespace pileus {
 
 void TraceCounters::add_to(Counters& counters) const {
@@ -7,9 +9,27 @@ void TraceCounters::add_to(Counters& counters) const {
   counters["leaps"] += camera.leaps + shadow.leaps;
   counters["shadow_samples"] += shadow.density_samples;
   counters["source_samples"] += source_samples;
+  counters["ambient_samples"] += ambient_samples;
   counters["surface_hits"] += surface_hits;
   counters["surface_shadow_rays"] += surface_shadow_rays;
   counters["media_shadow_rays"] += media_shadow_rays;
+}
+
+std::vector<size_t> media_with_ambient(const World& world) {
+  std::vector<size_t> found;
+  for (size_t m = 0; m < world.media.size(); ++m) {
+    const WorldMedium& medium = world.media[m];
+    if (medium.ambient.is_on() && medium.extinction > 0.0 && medium.albedo != Rgb(0.0)) found.push_back(m);
+  }
+  return found;
+}
+
+double slowest_extinction(const World& world) {
+  double slowest = 1.0;
+  for (const WorldMedium& medium : world.media) {
+    for (const ScatterTerm& term : medium.scattering) slowest = std::min(slowest, term.extinction);
+  }
+  return slowest;
 }
 
 }  // namespace pileus

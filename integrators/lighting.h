@@ -1,10 +1,12 @@
 #pragma once
 
+#include <limits>
 #include <optional>
 #include <vector>
 
 #include "lib/math/offset_point.h"
 #include "lib/math/ray.h"
+#include "lib/math/transmittance.h"
 #include "lib/scene/effect_plan.h"
 #include "lib/scene/world.h"
 
@@ -12,9 +14,10 @@ namespace pileus {
 
 /// How often things happened while a tile was traced.
 struct TraceCounters {
-  FieldCounters camera;         ///< density look-ups and leaps along camera rays
-  FieldCounters shadow;         ///< the same along shadow rays
-  uint64_t source_samples = 0;  ///< points at which the in-scattered light was evaluated
+  FieldCounters camera;          ///< density look-ups and leaps along camera rays
+  FieldCounters shadow;          ///< the same along shadow rays
+  uint64_t source_samples = 0;   ///< points at which the in-scattered light was evaluated
+  uint64_t ambient_samples = 0;  ///< the same for the light of the sky, once per medium in it
   uint64_t surface_hits = 0;
   uint64_t surface_shadow_rays = 0;
   uint64_t media_shadow_rays = 0;
@@ -23,27 +26,26 @@ struct TraceCounters {
   uint64_t samples() const { return camera.density_samples + shadow.density_samples; }
 };
 
-/// The share of a light that reaches p along `wi`: 0 behind a solid, else the transmittance of the media.
-/// `media_transmittance(ray, segment)` is how the integrator at hand measures them.
-template <class MediaTransmittance>
-double visibility(const World& world, const EffectPlan& plan, const Vec3d& p, const Illumination& light,
-                  TraceCounters& counters, MediaTransmittance&& media_transmittance) {
+/// The optical depth between p and a light: infinite behind a solid, else that of the media.
+/// `media_depth(ray, segment)` is how the integrator at hand measures it.
+template <class MediaDepth>
+double depth_to_light(const World& world, const EffectPlan& plan, const Vec3d& p, const Illumination& light,
+                      TraceCounters& counters, MediaDepth&& media_depth) {
   const Ray ray{p, light.wi};
   const Segment segment{0.0, light.distance};
   if (plan.surface_shadows) {
     ++counters.surface_shadow_rays;
-    if (is_occluded(world, ray, segment)) return 0.0;
+    if (is_occluded(world, ray, segment)) return std::numeric_limits<double>::infinity();
   }
-  if (!plan.media_shadows) return 1.0;
+  if (!plan.media_shadows) return 0.0;
   ++counters.media_shadow_rays;
-  return media_transmittance(ray, segment);
+  return media_depth(ray, segment);
 }
 
 /// The radiance that arrives from the end of a camera ray: the lit surface it meets, or the background.
-template <class MediaTransmittance>
+template <class MediaDepth>
 Rgb radiance_at_end(const World& world, const EffectPlan& plan, const Ray& ray,
-                    const std::optional<WorldHit>& hit, TraceCounters& counters,
-                    MediaTransmittance&& media_transmittance) {
+                    const std::optional<WorldHit>& hit, TraceCounters& counters, MediaDepth&& media_depth) {
   if (!hit) return world.background->radiance(ray.d);
   ++counters.surface_hits;
   const Vec3d p = offset_point(ray.at(hit->t), hit->n, hit->error);
@@ -51,10 +53,17 @@ Rgb radiance_at_end(const World& world, const EffectPlan& plan, const Ray& ray,
   for (const auto& light : world.lights) {
     Illumination here = light->at(p);
     if (dot(hit->n, here.wi) <= 0.0) continue;  // from behind: an opaque surface shows nothing of it
-    here.irradiance *= visibility(world, plan, p, here, counters, media_transmittance);
+    here.irradiance *= transmittance(depth_to_light(world, plan, p, here, counters, media_depth));
     lights.push_back(here);
   }
   return hit->shape->shader->shade(hit->n, -ray.d, lights);
 }
+
+/// The media of a world that scatter light of a sky.
+std::vector<size_t> media_with_ambient(const World& world);
+
+/// The smallest factor on the optical depth towards a light by which some medium responds to it: shadow rays
+/// go on until the light behind that is spent.
+double slowest_extinction(const World& world);
 
 }  // namespace pileus

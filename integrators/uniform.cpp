@@ -26,9 +26,10 @@ namespace pileus {
 namespace {
 
 struct MarchSettings {
-  double step;    ///< [m]
-  double offset;  ///< position of a sample in its step, 0 .. 1
-  double stop;    ///< transmittance at which a ray ends
+  double step;                ///< [m]
+  double offset;              ///< position of a sample in its step, 0 .. 1
+  double stop;                ///< transmittance at which a ray ends
+  double slowest_extinction;  ///< of the responses to light: shadow rays end where `stop` of it is left
 };
 
 /// The densities of all media at a batch of steps: one virtual call per medium and batch.
@@ -78,7 +79,8 @@ class UniformTile {
         m_plan(plan),
         m_settings(settings),
         m_view(world, settings),
-        m_shadow(world, settings) {}
+        m_shadow(world, settings),
+        m_ambient(media_with_ambient(world)) {}
 
   RayResult trace(const Ray& ray) {
     RayResult result;
@@ -87,9 +89,9 @@ class UniformTile {
     const std::optional<WorldHit> hit = m_plan.surfaces ? nearest_surface(m_world, ray, view) : std::nullopt;
     Compositor<double> compositor(m_settings.stop);
     if (m_plan.media) march(ray, {view.t0, hit ? hit->t : view.t1}, compositor, result);
-    result.radiance = compositor.over(radiance_at_end(
-        m_world, m_plan, ray, hit, counters,
-        [&](const Ray& shadow, Segment segment) { return media_transmittance(shadow, segment); }));
+    result.radiance = compositor.over(
+        radiance_at_end(m_world, m_plan, ray, hit, counters,
+                        [&](const Ray& shadow, Segment segment) { return media_depth(shadow, segment); }));
     result.transmittance = hit ? 0.0 : compositor.transmittance();
     if (hit) {
       result.z_first = std::min(result.z_first, hit->t);
@@ -152,20 +154,29 @@ class UniformTile {
     Rgb sum(0.0);
     for (const auto& light : m_world.lights) {
       const Illumination here = light->at(p);
-      const double visible = visibility(
-          m_world, m_plan, p, here, counters,
-          [&](const Ray& shadow, Segment segment) { return media_transmittance(shadow, segment); });
-      if (visible <= 0.0) continue;
+      const double tau =
+          depth_to_light(m_world, m_plan, p, here, counters,
+                         [&](const Ray& shadow, Segment segment) { return media_depth(shadow, segment); });
+      if (!std::isfinite(tau)) continue;
       for (size_t m = 0; m < m_world.media.size(); ++m) {
         const WorldMedium& medium = m_world.media[m];
-        const double sigma_t = medium.extinction * m_view.rho(m, i);
-        sum += medium.albedo * here.irradiance * (sigma_t * visible * medium.phase->p(wo, here.wi));
+        const double sigma_t = medium.extinction * m_view.rho(m, i), phase = medium.phase->p(wo, here.wi);
+        for (const ScatterTerm& term : medium.scattering) {
+          sum += medium.albedo * here.irradiance *
+                 (sigma_t * transmittance(term.extinction * tau) * phase_weight(term, phase));
+        }
       }
+    }
+    for (const size_t m : m_ambient) {
+      ++counters.ambient_samples;
+      const WorldMedium& medium = m_world.media[m];
+      sum += medium.albedo * medium.ambient.at(p.y) * (medium.extinction * m_view.rho(m, i));
     }
     return sum;
   }
 
-  double media_transmittance(const Ray& ray, Segment segment) {
+  /// Optical depth of all media in the segment, marched until no more of the light behind it matters.
+  double media_depth(const Ray& ray, Segment segment) {
     const Segment range = media_range(ray, segment);
     NeumaierSum<double> tau;
     for (size_t batch = 0;; ++batch) {
@@ -176,15 +187,16 @@ class UniformTile {
         const double near = t + double(i) * m_settings.step;
         tau.add(m_shadow.sigma_t(i) * (std::min(near + m_settings.step, range.t1) - near));
       }
-      if (transmittance(tau.value()) <= m_settings.stop) break;
+      if (transmittance(m_settings.slowest_extinction * tau.value()) <= m_settings.stop) break;
     }
-    return transmittance(tau.value());
+    return tau.value();
   }
 
   const World& m_world;
   const EffectPlan& m_plan;
   const MarchSettings& m_settings;
   DensityBatch m_view, m_shadow;
+  std::vector<size_t> m_ambient;  ///< media in the light of a sky
 };
 
 /// Half the smallest feature of the media, or 1/256 of the smallest medium where nothing has features.
@@ -248,10 +260,10 @@ struct Uniform final : Integrator {
     const double finest = step > 0.0 ? step : default_step(world);
     check_step(world, finest);
     const MarchSettings settings{finest * accuracy.coarseness, sample == "middle" ? 0.5 : 0.0,
-                                 accuracy.tolerance / 8.0};
-    if (plan.scattering && plan.emission)
-      return std::make_unique<UniformTracer<true, true>>(world, plan, settings);
-    if (plan.scattering) return std::make_unique<UniformTracer<true, false>>(world, plan, settings);
+                                 accuracy.tolerance / 8.0, slowest_extinction(world)};
+    const bool scatters = plan.scattering || plan.ambient;
+    if (scatters && plan.emission) return std::make_unique<UniformTracer<true, true>>(world, plan, settings);
+    if (scatters) return std::make_unique<UniformTracer<true, false>>(world, plan, settings);
     if (plan.emission) return std::make_unique<UniformTracer<false, true>>(world, plan, settings);
     return std::make_unique<UniformTracer<false, false>>(world, plan, settings);
   }

@@ -98,14 +98,29 @@ EffectPlan plan_effects(const Scene& scene) {
       add_effect(plan, "scattering", scattering, "lit volumes that scatter: ",
                  all_lights.empty() ? "the scene has no light" : "no volume has extinction and albedo",
                  "source_samples");
+  const auto lit_where = [&](const std::function<bool(const Medium&)>& condition) {
+    return plan.scattering ? names_where<Medium>(scene.volumes,
+                                                 [&](const Medium& m) { return scatters(m) && condition(m); })
+                           : "";
+  };
   plan.anisotropic_phase = add_effect(
-      plan, "anisotropic_phase",
-      plan.scattering
-          ? names_where<Medium>(scene.volumes,
-                                [&](const Medium& m) { return scatters(m) && !m.phase->is_isotropic(); })
-          : "",
+      plan, "anisotropic_phase", lit_where([](const Medium& m) { return !m.phase->is_isotropic(); }),
       "phase function is not isotropic: ", "no lit volume has a phase function that depends on direction",
       "");
+  plan.multiple_scattering =
+      add_effect(plan, "multiple_scattering",
+                 lit_where([](const Medium& m) { return m.multiple_scattering.octaves > 1; }),
+                 "octaves of scattering in: ", "no lit volume has more than one octave", "");
+  plan.powder =
+      add_effect(plan, "powder", lit_where([](const Medium& m) { return m.powder.strength > 0.0; }),
+                 "darker where thin towards the light: ", "no lit volume has a powder strength", "");
+  plan.ambient = add_effect(
+      plan, "ambient",
+      names_where<Medium>(scene.volumes,
+                          [&](const Medium& m) {
+                            return scatters(m) && (has_light(m.ambient.top) || has_light(m.ambient.bottom));
+                          }),
+      "volumes in the light of a sky: ", "no volume that scatters has ambient radiance", "ambient_samples");
   plan.emission = add_effect(plan, "emission", names_where<Medium>(scene.volumes, glows),
                              "volumes that glow: ", "no volume has emission", "");
   plan.surfaces =

@@ -20,16 +20,19 @@ struct Effect {
 /// What a scene calls for. Integrators read the flags once, above their loops: what is off is not computed,
 /// not allocated and not branched on per sample.
 struct EffectPlan {
-  bool media = false;              ///< some volume dims, scatters or glows
-  bool several_media = false;      ///< more than one: coefficients add up where they overlap
-  bool scattering = false;         ///< lights and a medium that scatters
-  bool emission = false;           ///< a medium that glows
-  bool anisotropic_phase = false;  ///< a scattering medium whose phase function is not isotropic
-  bool local_lights = false;       ///< lights whose direction changes along a ray
-  bool surfaces = false;           ///< solids to see
-  bool media_shadows = false;      ///< media dim the light on its way
-  bool surface_shadows = false;    ///< solids block the light
-  std::set<std::string> aovs;      ///< planes that the picture will have
+  bool media = false;                ///< some volume dims, scatters or glows
+  bool several_media = false;        ///< more than one: coefficients add up where they overlap
+  bool scattering = false;           ///< lights and a medium that scatters
+  bool emission = false;             ///< a medium that glows
+  bool anisotropic_phase = false;    ///< a scattering medium whose phase function is not isotropic
+  bool multiple_scattering = false;  ///< a lit volume with octaves of scattering
+  bool powder = false;               ///< a lit volume that is darker where it is thin towards the light
+  bool ambient = false;              ///< a volume that scatters light of a sky around
+  bool local_lights = false;         ///< lights whose direction changes along a ray
+  bool surfaces = false;             ///< solids to see
+  bool media_shadows = false;        ///< media dim the light on its way
+  bool surface_shadows = false;      ///< solids block the light
+  std::set<std::string> aovs;        ///< planes that the picture will have
 
   std::vector<Effect> effects;  ///< all of the above with their reasons, in a fixed order
 };
