@@ -20,7 +20,7 @@ struct WorldMedium {
   Rgb emission;       ///< radiance per metre = emission * rho [W/(m3 sr)]
   std::shared_ptr<const PhaseFunction> phase;
   std::vector<ScatterTerm> scattering{ScatterTerm{}};  ///< response to lights; never empty
-  AmbientLight ambient;                                ///< light of the sky around
+  AmbientLight ambient{};                              ///< light of the sky around
 };
 
 /// The scene as integrators see it: everything loaded and built, nothing that changes any more.

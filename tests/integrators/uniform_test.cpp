@@ -10,7 +10,7 @@
 namespace pileus {
 namespace {
 
-// Smooth along every ray and of the same length in steps for all rays: orders show undisturbed.
+// All effects, smooth along every ray and of the same length in steps for all rays: orders show undisturbed.
 constexpr const char* kSmoothScene = R"(
 [volume.fog]
 type = "height_fog"
@@ -22,6 +22,9 @@ extinction = 0.4
 albedo = [0.9, 0.8, 0.7]
 emission = [0.01, 0.02, 0.03]
 phase = { type = "hg", g = 0.3 }
+multiple_scattering = { octaves = 5 }
+powder = { strength = 0.6 }
+ambient = { bottom = [0.1, 0.1, 0.1], top = [0.4, 0.5, 0.6] }
 [light.sun]
 type = "sun"
 direction = [0, 1, 0]

@@ -34,6 +34,7 @@ TEST(EffectPlan, an_empty_scene_calls_for_nothing) {
   EXPECT_EQ(effect(plan, "scattering"), "off: the scene has no light");
   EXPECT_EQ(effect(plan, "anisotropic_phase"),
             "off: no lit volume has a phase function that depends on direction");
+  EXPECT_FALSE(plan.multiple_scattering || plan.powder || plan.ambient);
   EXPECT_EQ(effect(plan, "emission"), "off: no volume has emission");
   EXPECT_EQ(effect(plan, "surfaces"), "off: the scene has no object");
   EXPECT_EQ(effect(plan, "local_lights"), "off: the scene has no light");
@@ -74,6 +75,31 @@ TEST(EffectPlan, emission_needs_no_light) {
   EXPECT_TRUE(plan.emission && plan.media);
   EXPECT_FALSE(plan.scattering || plan.media_shadows);
   EXPECT_EQ(effect(plan, "emission"), "on: volumes that glow: fog");
+}
+
+TEST(EffectPlan, octaves_and_powder_need_a_lit_volume_that_asks) {
+  const std::string asks = "multiple_scattering = { octaves = 2 }\npowder = { strength = 0.1 }\n";
+  for (const EffectPlan& plan :
+       {plan_of(kSun + kFog), plan_of(kFog + asks), plan_of(kSun + kFog + asks + "albedo = [0, 0, 0]\n")}) {
+    EXPECT_FALSE(plan.multiple_scattering || plan.powder);
+    EXPECT_EQ(effect(plan, "multiple_scattering"), "off: no lit volume has more than one octave");
+    EXPECT_EQ(effect(plan, "powder"), "off: no lit volume has a powder strength");
+  }
+  const EffectPlan plan = plan_of(kSun + kFog + asks);
+  EXPECT_TRUE(plan.multiple_scattering && plan.powder);
+  EXPECT_EQ(effect(plan, "multiple_scattering"), "on: octaves of scattering in: fog");
+  EXPECT_EQ(effect(plan, "powder"), "on: darker where thin towards the light: fog");
+}
+
+TEST(EffectPlan, ambient_needs_no_light_but_a_volume_that_scatters) {
+  const std::string asks = "ambient = { bottom = [0, 0, 1] }\n";
+  const EffectPlan plan = plan_of(kFog + asks);
+  EXPECT_TRUE(plan.ambient);
+  EXPECT_FALSE(plan.scattering || plan.media_shadows);
+  EXPECT_EQ(effect(plan, "ambient"), "on: volumes in the light of a sky: fog");
+  EXPECT_EQ(effect(plan_of(kSun + kFog), "ambient"), "off: no volume that scatters has ambient radiance");
+  EXPECT_FALSE(plan_of(kFog + asks + "albedo = [0, 0, 0]\n").ambient);
+  EXPECT_FALSE(plan_of(kFog + asks + "extinction = 0\n").ambient);
 }
 
 TEST(EffectPlan, surfaces_and_their_shadows) {

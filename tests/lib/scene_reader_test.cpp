@@ -184,6 +184,29 @@ TEST(SceneReader, required_parameters_are_asked_for_at_their_table) {
   EXPECT_NE(both.find("parameter \"voxel_size\" is missing"), std::string::npos) << both;
 }
 
+TEST(SceneReader, light_effects_of_volumes_must_be_in_range) {
+  const auto problem_with = [](const char* group) {
+    const std::string text = problem_of(std::string("volume.a = { type = \"box\", ") + group + " }");
+    return text.substr(text.find("volume \"a\": ") + 12);
+  };
+  EXPECT_EQ(problem_with("multiple_scattering = { octaves = 0 }"),
+            "multiple_scattering: octaves = 0 is out of range; expected 1 <= octaves <= 16");
+  EXPECT_NE(problem_with("multiple_scattering = { octaves = 17 }"), "");
+  for (const char* name : {"extinction", "contribution", "phase"}) {
+    EXPECT_EQ(problem_with(fmt::format("multiple_scattering = {{ {} = 0 }}", name).c_str()),
+              fmt::format("multiple_scattering: {} = 0 is out of range; expected 0 < {} <= 1", name, name));
+    EXPECT_NE(problem_with(fmt::format("multiple_scattering = {{ {} = 1.01 }}", name).c_str()), "");
+  }
+  EXPECT_EQ(problem_with("powder = { strength = 1.5 }"),
+            "powder: strength = 1.5 is out of range; expected 0 <= strength <= 1");
+  EXPECT_EQ(problem_with("powder = { extinction = 0 }"),
+            "powder: extinction = 0 is out of range; expected > 0");
+  EXPECT_EQ(problem_with("ambient = { top = [0, -1, 0] }"),
+            "ambient: top = -1 is out of range; expected >= 0");
+  EXPECT_EQ(problem_with("ambient = { sky = 1 }"),
+            "ambient: unknown parameter \"sky\"; expected top or bottom");
+}
+
 TEST(SceneReader, errors_of_nested_plugins_name_their_owners) {
   EXPECT_EQ(problem_of("volume.a = { type = \"box\", phase = { type = \"hg\", gg = 0 } }"),
             "51: error: volume \"a\": phase: unknown parameter \"gg\"; expected type or g; nearest: g");
