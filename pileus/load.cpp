@@ -12,9 +12,10 @@ namespace pileus {
 namespace {
 
 // How a bare volume is shown: seen from a little above, three quarters of the way round to the front, lit by
-// a low warm sun from the left and a dim blue fill from above. The extinction makes most lines of sight this
-// deep:
-constexpr double kTypicalTau = 6.0;
+// a warm sun from the left, whose light is scattered again and again, and by a blue sky. Irradiances make the
+// sunlit side of a thick cloud about 1. The extinction makes most lines of sight this deep: octaves of
+// scattering let much light through, so that form shows only where a volume is dense.
+constexpr double kTypicalTau = 16.0;
 constexpr double kFovDeg = 35.0;
 constexpr double kMargin = 1.08;  ///< free border around the volume
 
@@ -69,16 +70,14 @@ ground = [0.16, 0.18, 0.22]
 [light.sun]
 type = "sun"
 direction = [-0.9, 0.75, 0.75]
-irradiance = [20.0, 18.6, 16.5]
-[light.sky]
-type = "sun"
-direction = [0.35, 0.9, 0.2]
-irradiance = [3.0, 4.2, 6.2]
+irradiance = [8.8, 8.1, 7.0]
 [volume.volume]
 type = "vdb"
 file = {}
 extinction = {}
 phase = {{ type = "two_lobe", g_forward = 0.6, g_backward = -0.25, weight = 0.6 }}
+multiple_scattering = {{ octaves = 8 }}
+ambient = {{ top = [0.18, 0.26, 0.40], bottom = [0.07, 0.085, 0.11] }}
 )",
                      eye.x, eye.y, eye.z, center.x, center.y, center.z, kFovDeg, quoted(file.string()),
                      default_extinction(summary));
