@@ -4,11 +4,15 @@
 /// Rays walk the nodes of a pyramid of exact density ranges. In each node the step follows from the range,
 /// from the transmittance left and from the tolerance; samples are composited by the midpoint rule with the
 /// exact opacity of each step (METHODS §1.2, §9). Optical depth towards every sun comes from a lattice that
-/// one sweep fills. Each ray estimates its own error from the curvature of its samples and is marched again,
-/// finer, where that is too large.
+/// one sweep fills, as fine as a few pilot rays say is needed. Each ray estimates its own error from the
+/// curvature of its samples and is marched again, finer, where that is too large.
 ///
-/// Grids lit by suns are marched. For scenes with analytic media, lights at a finite distance or solids that
-/// cast shadows into media, and for tolerance 0, rays go to `exact`.
+/// The tolerance is shared out: half for the sun's cache, four tenths for the steps, a tenth for ending rays
+/// early. Grids lit by suns are marched. For scenes with analytic media, lights at a finite distance or
+/// solids that cast shadows into media, and for tolerance 0, rays go to `exact`.
+///
+///   leaping     skip empty nodes and adapt steps to nodes; false: as if every node were the densest
+///   sun_cache   take sunlight from the cache where it is accurate enough; false: a shadow ray per sample
 ///
 ///   [render]
 ///   integrator = "march"
@@ -21,149 +25,259 @@
 
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/lighting.h"
-#include "integrators/sun_lattice.h"
+#include "integrators/march_scene.h"
+#include "integrators/sun_cache.h"
 #include "lib/core/error.h"
 #include "lib/core/param_table.h"
+#include "lib/math/transmittance.h"
 #include "lib/scene/integrator.h"
 
 namespace pileus {
 namespace {
 
+constexpr double kStepShare = 0.4, kCacheShare = 0.5, kStopShare = 0.1;
+
+/// The kernel's estimate of its step error is right on average; the worst of many pixels err about twice as
+/// much.
+constexpr double kEstimateSafety = 2.0;
+
+/// Steps at first try: so that few rays need another.
+constexpr double kFirstQuality = 20.0;
+
 double largest(const Rgb& rgb) {
   return std::max({rgb.x, rgb.y, rgb.z});
 }
 
-/// What the kernels need of a world, made once per render.
-class MarchWorld {
- public:
-  MarchWorld(const World& world, const EffectPlan& plan, double tolerance) : m_world(world), m_plan(plan) {
-    for (const WorldMedium& medium : world.media) add_grid(medium);
-    if (plan.scattering) add_lights();
-    kernel.stop = tolerance / 8.0;
-    kernel.step_quality = (getenv("PQ") ? atof(getenv("PQ")) : 20.0) * tolerance;
-  }
-
-  MarchScene kernel;
-
-  /// Colours of the sums: radiance per unit of sums[grid][2 + light].
-  Rgb light_colour(size_t grid, size_t light) const {
-    return m_colours[grid * size_t(kernel.lights) + light];
-  }
-
-  /// Phase weights of a ray, [grid][light][kMostTerms], times the light's strongest channel.
-  void weights_for(const Vec3d& direction, std::vector<float>& weights) const {
-    weights.resize(kernel.grids.size() * size_t(kernel.lights) * kMostTerms);
-    for (size_t g = 0; g < kernel.grids.size(); ++g) {
-      const WorldMedium& medium = m_world.media[g];
-      for (size_t l = 0; l < size_t(kernel.lights); ++l) {
-        const size_t at = g * size_t(kernel.lights) + l;
-        const double p = medium.phase->p(-direction, m_suns[l].wi);
-        for (size_t k = 0; k < medium.scattering.size(); ++k) {
-          weights[at * kMostTerms + k] = float(phase_weight(medium.scattering[k], p) * m_strengths[at]);
-        }
-      }
-    }
-  }
-
- private:
-  void add_grid(const WorldMedium& medium) {
-    MarchGrid grid;
-    m_pyramids.push_back(std::make_unique<BrickPyramid>(*medium.density->bricks()));
-    grid.pyramid = m_pyramids.back().get();
-    const Vec3d origin(grid.pyramid->origin());
-    grid.local_from_world = Affine::translation(-origin) * medium.density->index_from_world();
-    grid.bounds = Box3d(Vec3d(grid.pyramid->grid().lo()) - origin, Vec3d(grid.pyramid->grid().hi()) - origin);
-    grid.extinction = medium.extinction;
-    grid.terms = int(medium.scattering.size());
-    for (size_t k = 0; k < medium.scattering.size(); ++k)
-      grid.term_extinction[k] = float(medium.scattering[k].extinction);
-    kernel.several_terms |= grid.terms > 1;
-    kernel.height_light |= medium.ambient.top != medium.ambient.bottom;
-    kernel.grids.push_back(grid);
-  }
-
-  void add_lights() {
-    kernel.lights = int(m_world.lights.size());
-    for (const auto& light : m_world.lights) m_suns.push_back(light->at(Vec3d(0.0)));
-    for (const WorldMedium& medium : m_world.media) {
-      for (const Illumination& sun : m_suns) {
-        const Rgb colour = medium.albedo * sun.irradiance;
-        const double strength = largest(colour);
-        m_strengths.push_back(strength);
-        m_colours.push_back(strength > 0.0 ? colour / strength : Rgb(0.0));
-      }
-    }
-    for (const Illumination& sun : m_suns) {
-      for (const MarchGrid& grid : kernel.grids)
-        kernel.lattices.push_back(build_sun_lattice(grid, sun.wi, getenv("PS") ? atof(getenv("PS")) : 2.0));
-    }
-  }
-
-  const World& m_world;
-  const EffectPlan& m_plan;
-  std::vector<std::unique_ptr<BrickPyramid>> m_pyramids;
-  std::vector<Illumination> m_suns;
-  std::vector<double> m_strengths;  ///< [grid][light]: strongest channel of albedo * irradiance
-  std::vector<Rgb> m_colours;       ///< the same, divided by its strongest channel
+struct MarchOptions {
+  bool leaping = true;
+  bool sun_cache = true;
 };
 
-class MarchTracer final : public Tracer {
+class MarchTracer final : public Tracer, private ShadowRays {
  public:
-  MarchTracer(const World& world, const EffectPlan& plan, double tolerance)
-      : m_world(world), m_plan(plan), m_tolerance(tolerance), m_march(world, plan, tolerance) {}
+  MarchTracer(const World& world, const EffectPlan& plan, const Accuracy& accuracy,
+              const MarchOptions& options)
+      : m_world(world),
+        m_plan(plan),
+        m_tolerance(accuracy.tolerance * accuracy.coarseness),
+        m_march(world, plan) {
+    MarchScene& kernel = m_march.kernel;
+    kernel.is_leaping = options.leaping;
+    kernel.stop = kStopShare * m_tolerance / std::max(1.0, m_march.brightest());
+    if (plan.scattering) choose_sunlight(accuracy.picture, options);
+    m_quality = kFirstQuality * kStepShare * m_tolerance / std::max(m_march.brightest(), 1e-3);
+  }
 
-  size_t rays_per_call() const override { return 256; }
+  size_t rays_per_call() const override { return m_march.kernel.shadow_rays ? 16 : 256; }
+
+  std::vector<std::string> choices() const override { return m_choices; }
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
+    Packet packet(rays, m_march);
     TraceCounters tile;
-    std::vector<MarchRay> jobs(rays.size());
-    std::vector<float> weights;
-    m_march.weights_for(rays[0].d, weights);
-    for (size_t i = 0; i < rays.size(); ++i) {
-      jobs[i].ray = rays[i];
-      jobs[i].segment = {0.0, std::numeric_limits<double>::infinity()};
-      jobs[i].weights = weights.data();
-    }
-    const size_t stride = m_march.kernel.grids.size() * sums_per_grid(m_march.kernel);
-    std::vector<double> sums(rays.size() * stride);
-    std::vector<MarchResult> marched(rays.size());
-    march_rays(m_march.kernel, jobs, marched, sums);
-    for (size_t i = 0; i < rays.size(); ++i) {
-      RayResult& result = results[i];
-      result = {};
-      result.transmittance = transmittance(marched[i].tau);
-      for (size_t l = 0; l < size_t(m_march.kernel.lights); ++l) {
-        result.radiance += m_march.light_colour(0, l) * sums[i * stride + 2 + l];
-      }
-      result.radiance += result.transmittance * m_world.background->radiance(rays[i].d);
-      result.error = marched[i].error;
-      result.samples = marched[i].samples + marched[i].lookups;
-      tile.camera.density_samples += marched[i].samples;
-      tile.shadow.density_samples += marched[i].lookups;
-      tile.camera.leaps += marched[i].leaps;
-    }
+    for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i, tile);
+    march(packet);
+    refine(packet);
+    for (size_t i = 0; i < rays.size(); ++i) results[i] = finish_ray(packet, i, tile);
     tile.add_to(counters);
   }
 
  private:
+  /// The rays of one call and what becomes of them.
+  struct Packet {
+    Packet(std::span<const Ray> all, const MarchWorld& march)
+        : rays(all),
+          jobs(all.size()),
+          marched(all.size()),
+          hits(all.size()),
+          behind(all.size()),
+          stride(march.kernel.grids.size() * sums_per_grid(march.kernel)),
+          sums(all.size() * stride) {
+      march.weights_for(all[0].d, weights);
+      if (march.is_isotropic()) return;
+      const size_t count = weights.size();
+      weights.resize(all.size() * count);
+      std::vector<float> own;
+      for (size_t i = 1; i < all.size(); ++i) {
+        march.weights_for(all[i].d, own);
+        std::copy(own.begin(), own.end(), weights.begin() + std::ptrdiff_t(i * count));
+      }
+      weights_step = count;
+    }
+
+    std::span<const Ray> rays;
+    std::vector<MarchRay> jobs;
+    std::vector<MarchResult> marched;
+    std::vector<std::optional<WorldHit>> hits;
+    std::vector<Rgb> behind;  ///< radiance from the end of each ray
+    size_t stride;
+    std::vector<double> sums;
+    std::vector<float> weights;
+    size_t weights_step = 0;  ///< 0 where all rays share theirs
+    uint64_t samples = 0, lookups = 0, leaps = 0;
+  };
+
+  void choose_sunlight(const Vec2i& picture, const MarchOptions& options) {
+    // Shadow rays cost a hundred times as much as samples: memory is spent before time.
+    double most_bytes = 256e6;
+    for (const MarchGrid& grid : m_march.kernel.grids)
+      most_bytes += double(grid.pyramid->grid().memory_bytes());
+    if (options.sun_cache) {
+      const SunCacheChoice choice =
+          build_sun_cache(m_world, picture, kCacheShare * m_tolerance, most_bytes, m_march);
+      m_cache_error = choice.error;
+      m_choices.push_back("sunlight: " + choice.reason);
+      if (choice.is_cached) return;
+    } else {
+      m_choices.push_back("sunlight: a shadow ray per sample, as asked for");
+    }
+    m_march.kernel.shadow_rays = this;
+  }
+
+  double depth(int light, const Vec3d& p_world) const override {
+    FieldCounters counters;
+    return m_march.exact_depth(size_t(light), p_world, counters);
+  }
+
+  void prepare_ray(Packet& packet, size_t i, TraceCounters& tile) const {
+    const Ray& ray = packet.rays[i];
+    MarchRay& job = packet.jobs[i];
+    job.ray = ray;
+    job.segment = {0.0, std::numeric_limits<double>::infinity()};
+    if (m_plan.surfaces) {
+      packet.hits[i] = nearest_surface(m_world, ray, job.segment);
+      if (packet.hits[i]) job.segment.t1 = packet.hits[i]->t;
+    }
+    packet.behind[i] =
+        radiance_at_end(m_world, m_plan, ray, packet.hits[i], tile, [&](const Ray& shadow, Segment segment) {
+          double tau = 0.0;
+          for (const WorldMedium& medium : m_world.media) {
+            tau += medium.extinction * medium.density->column(shadow, segment, kOpaque, tile.shadow);
+          }
+          return transmittance(tau);
+        });
+    job.weights = packet.weights.data() + i * packet.weights_step;
+    job.step_quality = m_quality;
+    job.behind = largest(packet.behind[i]);
+    m_march.set_height(ray, job);
+  }
+
+  void march(Packet& packet) const {
+    march_rays(m_march.kernel, packet.jobs, packet.marched, packet.sums);
+    count(packet, packet.marched);
+  }
+
+  static void count(Packet& packet, std::span<const MarchResult> marched) {
+    for (const MarchResult& result : marched) {
+      packet.samples += result.samples;
+      packet.lookups += result.lookups;
+      packet.leaps += result.leaps;
+    }
+  }
+
+  /// Marches again, finer, the rays whose estimate says that they miss their share of the tolerance.
+  void refine(Packet& packet) const {
+    const double allowed = kStepShare * m_tolerance / kEstimateSafety;
+    constexpr int kRounds = 3;
+    std::vector<size_t> chosen;
+    std::vector<MarchRay> jobs;
+    std::vector<MarchResult> marched;
+    std::vector<double> sums;
+    for (int round = 0; round < kRounds; ++round) {
+      chosen.clear();
+      jobs.clear();
+      for (size_t i = 0; i < packet.jobs.size(); ++i) {
+        const double error = packet.marched[i].error;
+        if (!(error > allowed)) continue;
+        packet.jobs[i].step_quality *= std::clamp(0.7 * allowed / error, 0.05, 0.5);
+        chosen.push_back(i);
+        jobs.push_back(packet.jobs[i]);
+      }
+      if (chosen.empty()) return;
+      marched.resize(chosen.size());
+      sums.resize(chosen.size() * packet.stride);
+      march_rays(m_march.kernel, jobs, marched, sums);
+      count(packet, marched);
+      for (size_t n = 0; n < chosen.size(); ++n) {
+        packet.marched[chosen[n]] = marched[n];
+        std::copy_n(sums.begin() + std::ptrdiff_t(n * packet.stride), packet.stride,
+                    packet.sums.begin() + std::ptrdiff_t(chosen[n] * packet.stride));
+      }
+    }
+  }
+
+  RayResult finish_ray(const Packet& packet, size_t i, TraceCounters& tile) const {
+    if (i == 0) {
+      tile.camera.density_samples += packet.samples;
+      tile.camera.leaps += packet.leaps;
+      tile.source_samples += packet.lookups;
+      tile.shadow.density_samples += packet.lookups;
+    }
+    const MarchResult& marched = packet.marched[i];
+    const double passed = transmittance(marched.tau);
+    RayResult result;
+    result.radiance = m_march.radiance(packet.sums.data() + i * packet.stride) + passed * packet.behind[i];
+    result.transmittance = packet.hits[i] ? 0.0 : passed;
+    result.z_first = marched.z_first;
+    result.z_half = marched.z_half;
+    if (packet.hits[i]) {
+      result.z_first = std::min(result.z_first, packet.hits[i]->t);
+      result.z_half = std::min(result.z_half, packet.hits[i]->t);
+    }
+    const double stop_error = passed <= m_march.kernel.stop ? kStopShare * m_tolerance : 0.0;
+    result.error = kEstimateSafety * marched.error + (1.0 - passed) * m_cache_error + stop_error;
+    result.samples = marched.samples + marched.lookups;
+    return result;
+  }
+
+  static constexpr double kOpaque = 1e3;
+
   const World& m_world;
   const EffectPlan& m_plan;
   double m_tolerance;
   MarchWorld m_march;
+  double m_quality = 0.0;      ///< of steps, at first try
+  double m_cache_error = 0.0;  ///< of the sun's cache, for a pixel of opacity 1
+  std::vector<std::string> m_choices;
+};
+
+/// Rays that the march cannot do.
+class OtherTracer final : public Tracer {
+ public:
+  OtherTracer(std::unique_ptr<const Tracer> exact, const std::string& why)
+      : m_exact(std::move(exact)), m_choices{"rays go to \"exact\": " + why} {}
+
+  std::vector<std::string> choices() const override { return m_choices; }
+  void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
+    m_exact->trace(rays, results, counters);
+  }
+
+ private:
+  std::unique_ptr<const Tracer> m_exact;
+  std::vector<std::string> m_choices;
 };
 
 struct March final : Integrator {
-  void describe(ParamTable&) override {}
+  MarchOptions options;
+
+  void describe(ParamTable& params) override {
+    params.boolean("leaping", options.leaping, "skip empty nodes and adapt steps to what is in a node");
+    params.boolean("sun_cache", options.sun_cache,
+                   "take sunlight from a cache where that is accurate enough");
+  }
 
   std::unique_ptr<const Tracer> prepare(const World& world, const EffectPlan& plan,
                                         const Accuracy& accuracy) const override {
-    auto tracer = std::make_unique<MarchTracer>(world, plan, accuracy.tolerance * accuracy.coarseness);
-    return tracer;
+    const std::string obstacle =
+        accuracy.tolerance > 0.0 ? MarchWorld::obstacle(world, plan) : "the tolerance is 0";
+    if (obstacle.empty()) return std::make_unique<MarchTracer>(world, plan, accuracy, options);
+    const auto exact = std::dynamic_pointer_cast<Integrator>(plugin_registry().find(kKind, "exact")->make());
+    return std::make_unique<OtherTracer>(exact->prepare(world, plan, accuracy), obstacle);
   }
 };
 
 }  // namespace
 
-PILEUS_PLUGIN(Integrator, march, March, "the multilevel marcher: as fast as the tolerance allows")
+PILEUS_PLUGIN(Integrator, march, March, "the default: steps and caches as coarse as the tolerance allows")
 
 }  // namespace pileus

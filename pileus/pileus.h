@@ -57,6 +57,7 @@ struct RenderReport {
   uint64_t pixels = 0, rays = 0;
   Counters counters;
   std::vector<Effect> effects;
+  std::vector<std::string> choices;  ///< what the integrator chose for this scene, and why
   std::optional<double> max_error_estimate, mean_error_estimate;  ///< where the integrator gives one
   uint64_t nan_pixels = 0;
   std::vector<std::string> warnings;

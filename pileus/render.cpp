@@ -53,7 +53,7 @@ class Pass {
         m_options(options),
         m_world(world),
         m_crop(crop),
-        m_tracer(scene.render.integrator->prepare(world, plan, {scene.render.tolerance, coarseness})) {}
+        m_tracer(scene.render.integrator->prepare(world, plan, {scene.render.tolerance, coarseness, scene.render.size})) {}
 
   /// Renders the tiles that are not done yet. Returns false where it was stopped: `tiles` then says what is
   /// done.
@@ -68,6 +68,8 @@ class Pass {
     }
     return true;
   }
+
+  std::vector<std::string> choices() const { return m_tracer->choices(); }
 
   Film film;
   TileGrid tiles;
@@ -267,6 +269,7 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
     }
     rendering.image = std::move(pass->film.image());
     report.counters = std::move(pass->counters);
+    report.choices = pass->choices();
     report.max_error_estimate = pass->film.max_error();
     report.mean_error_estimate = pass->film.mean_error();
     report.seconds["render"] = seconds_since(render_start);

@@ -40,6 +40,7 @@ std::string to_json(const RenderReport& report) {
   json["rays"] = report.rays;
   json["counters"] = report.counters;
   json["effects"] = effects_to_json(report);
+  json["choices"] = report.choices;
   // A bound is a promise that a test holds an integrator to. None of the present integrators gives one.
   json["error_bound"] = {{"max", nullptr}, {"mean", nullptr}};
   json["error_estimate"] = {{"max", or_null(report.max_error_estimate)},

@@ -127,6 +127,7 @@ class GridWalk {
       : m_ray({grid.local_from_world.point(ray.o), grid.local_from_world.direction(ray.d)}),
         m_segment(clip_to_bounds(grid.bounds, m_ray, segment)),
         m_walker(*grid.pyramid, m_ray, m_segment),
+        m_whole(grid.pyramid->levels().back().ranges[0]),
         m_extinction(grid.extinction),
         m_voxel(1.0 / length(m_ray.d)) {
     if (!m_segment.empty()) now.t0 = now.t1 = m_segment.t0;
@@ -141,6 +142,7 @@ class GridWalk {
     }
   }
 
+  const ValueRange& whole() const { return m_whole; }  ///< of the grid
   double extinction() const { return m_extinction; }
   double voxel() const { return m_voxel; }  ///< length of a voxel's edge along the ray [m]
 
@@ -151,6 +153,7 @@ class GridWalk {
   Ray m_ray;
   Segment m_segment;
   NodeWalker m_walker;
+  ValueRange m_whole;
   double m_extinction, m_voxel;
 };
 
@@ -222,7 +225,7 @@ class Marcher {
     GridWalk walk(m_scene.grids[0], job.ray, job.segment);
     const double extinction = walk.extinction();
     while (walk.next()) {
-      const ValueRange& range = walk.now.range;
+      const ValueRange& range = m_scene.is_leaping ? walk.now.range : walk.whole();
       if (range.hi == 0.0f) {
         ++m_leaps;
         continue;
@@ -248,6 +251,7 @@ class Marcher {
         walk.pass(t);
         const bool has_begun = walk.now.t0 <= t;
         end = std::min(end, has_begun ? walk.now.t1 : walk.now.t0);
+        if (!m_scene.is_leaping && has_begun) walk.now.range = walk.whole();
         if (!has_begun || walk.now.range.hi == 0.0f) continue;
         // A grid without extinction still glows: its density then counts like a thin extinction.
         const double scale = std::max(walk.extinction(), 1e-3 / walk.voxel());
@@ -274,7 +278,7 @@ class Marcher {
       m_z_first = t0;
     }
     const double span = t1 - t0;
-    const double weight = m_transmittance / m_scene.step_quality;
+    const double weight = m_transmittance / m_job->step_quality;
     const double rate2 = std::max(weight * variation / voxel, weight * sigma * sigma);
     const double finest = std::min(std::sqrt(rate2), 8.0 / voxel);
     const int steps = std::max(1, int(std::ceil(span * finest)));
@@ -386,12 +390,28 @@ class Marcher {
   }
 
   HWY_INLINE V sun_depth(int light, V t) const {
+    if constexpr (kGrids != 1) {
+      if (m_scene.shadow_rays) return traced_depth(light, t);
+    }
     const size_t first = size_t(light) * size_t(grids());
     V sum = m_lattices[first].read(m_sun_paths[first], t);
     for (int g = 1; g < grids(); ++g) {
       sum = hn::Add(sum, m_lattices[first + size_t(g)].read(m_sun_paths[first + size_t(g)], t));
     }
     return sum;
+  }
+
+  V traced_depth(int light, V t) const {
+    const D d;
+    alignas(64) float at[kLanes], depth[kLanes];
+    hn::Store(t, d, at);
+    for (size_t i = 0; i < kLanes; ++i) {
+      const bool is_padding = i > 0 && at[i] == at[i - 1];
+      depth[i] = is_padding
+                     ? depth[i - 1]
+                     : float(m_scene.shadow_rays->depth(light, m_job->ray.at(m_t_base + double(at[i]))));
+    }
+    return hn::Load(d, depth);
   }
 
   HWY_INLINE V response_of(int grid, int light, V tau) const {
@@ -519,8 +539,8 @@ void march_with(const MarchScene& scene, std::span<const MarchRay> rays, std::sp
 void march_rays_impl(const MarchScene& scene, std::span<const MarchRay> rays, std::span<MarchResult> results,
                      std::span<double> sums) {
   const bool is_plain = !scene.several_terms && !scene.height_light;
-  if (scene.grids.size() != 1 || !(scene.grids[0].extinction > 0.0))
-    return march_with<0, -1, false>(scene, rays, results, sums);
+  const bool is_simple = scene.grids.size() == 1 && scene.grids[0].extinction > 0.0 && !scene.shadow_rays;
+  if (!is_simple) return march_with<0, -1, false>(scene, rays, results, sums);
   if (!is_plain) return march_with<1, -1, false>(scene, rays, results, sums);
   if (scene.lights == 0) return march_with<1, 0, true>(scene, rays, results, sums);
   if (scene.lights == 1) return march_with<1, 1, true>(scene, rays, results, sums);

@@ -42,14 +42,22 @@ struct SunLattice {
   std::unique_ptr<float[]> tau;  ///< [u][v][w], w fastest
 };
 
+/// Optical depth towards a light, found anew for each sample: slow, and exact.
+class ShadowRays {
+ public:
+  virtual ~ShadowRays() = default;
+  virtual double depth(int light, const Vec3d& p_world) const = 0;
+};
+
 struct MarchScene {
   std::vector<MarchGrid> grids;
   std::vector<SunLattice> lattices;  ///< [light][grid]
   int lights = 0;
   bool several_terms = false;  ///< some grid has more than the plain term
-  bool height_light = false;   ///< ambient light that varies with height
-  double step_quality = 0.0;   ///< how much error a step may make; the error falls in proportion
-  double stop = 0.0;           ///< transmittance at which a ray ends
+  bool height_light = false;   ///< some light varies with height: the sums of heights are wanted
+  bool is_leaping = true;      ///< false: every node counts as the densest and most varied of all
+  const ShadowRays* shadow_rays = nullptr;  ///< asked instead of the lattices where it is set
+  double stop = 0.0;                        ///< transmittance at which a ray ends
 };
 
 /// What a ray asks for.
@@ -58,7 +66,9 @@ struct MarchRay {
   Segment segment;
   const float* weights =
       nullptr;  ///< [grid][light][kMostTerms]: phase weights [1/sr] times the light's strongest channel
-  double height0 = 0.0, height1 = 0.0;  ///< ambient mix at t: height0 + t * height1
+  double step_quality =
+      0.0;  ///< how much error a step may make [1]: the error of the ray is in proportion to it
+  double height0 = 0.0, height1 = 0.0;  ///< height at t [m]: height0 + t * height1
   double behind = 0.0;                  ///< radiance that arrives from the end of the ray, largest channel
 };
 
@@ -71,7 +81,7 @@ struct MarchResult {
   uint64_t samples = 0, lookups = 0, leaps = 0;
 };
 
-/// sums[grid][2 + lights]: the integral of T rho dt [m]; of T sigma_t times the ambient mix; then for each
+/// sums[grid][2 + lights]: the integral of T rho dt [m]; of T sigma_t times the height; then for each
 /// light of T sigma_t R, with R the weighted sum of the grid's terms.
 inline size_t sums_per_grid(const MarchScene& scene) {
   return 2 + size_t(scene.lights);

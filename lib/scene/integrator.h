@@ -6,6 +6,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "lib/core/registry.h"
 #include "lib/math/ray.h"
@@ -34,6 +35,7 @@ using Counters = std::map<std::string, uint64_t>;
 struct Accuracy {
   double tolerance = 0.0;   ///< absolute error per channel of linear radiance; 0: as exact as can be
   double coarseness = 1.0;  ///< >= 1: multiplies what trades accuracy for time (tolerance, step length)
+  Vec2i picture{0, 0};      ///< size of the whole picture [pixels]: some of its rays may be looked at beforehand
 };
 
 /// An integrator made ready for one world. Immutable: trace() is called from many threads at once.
@@ -43,6 +45,9 @@ class Tracer {
 
   /// How many rays trace() likes to get at once. An interruption is heard between calls: where rays are costly, few.
   virtual size_t rays_per_call() const { return 4; }
+
+  /// What was chosen for this scene and why, in sentences for people.
+  virtual std::vector<std::string> choices() const { return {}; }
 
   /// Fills results[i] for rays[i], which are neighbours in Morton order. The result of a ray does not depend
   /// on the rays beside it.

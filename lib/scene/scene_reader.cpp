@@ -10,7 +10,7 @@
 namespace pileus {
 
 void RenderSettings::describe(ParamTable& params) {
-  params.plugin<Integrator>("integrator", integrator, "exact", "what happens along a ray");
+  params.plugin<Integrator>("integrator", integrator, "march", "what happens along a ray");
   params.size("size", size, "pixels", "width and height of the picture").at_least(1).at_most(65536);
   params
       .number("tolerance", tolerance, "1", "accepted absolute error per channel of linear radiance; 0: exact")
