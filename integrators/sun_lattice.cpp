@@ -22,7 +22,7 @@ SunSweep frame_of(const MarchGrid& grid, const Vec3d& wi_world, double spacing) 
   sweep.length = spacing / std::abs(towards[axis]);
   sweep.steps = std::max(1, int(std::lround(spacing)));
   const Box3d& box = grid.bounds;
-  const double slices = std::ceil((box.max[axis] - box.min[axis]) / spacing);
+  const double slices = std::max(1.0, std::ceil((box.max[axis] - box.min[axis]) / spacing));
   sweep.size.z = int(slices) + 1;
   sweep.origin[axis] = towards[axis] > 0.0 ? box.min[axis] : box.max[axis];
   Vec3d* const across[2] = {&sweep.eu, &sweep.ev};
@@ -48,7 +48,10 @@ Affine lattice_from_local(const SunSweep& frame) {
 /// Linear interpolation lies above a convex function by h^2/12 of its second derivative on average. Node
 /// values lowered by as much, as their second differences tell it, leave errors of changing sign, which
 /// cancel along a view ray (Blu, Thevenaz, Unser 2004). What light meets at the edge of a cloud then becomes
-/// slightly negative: transmittance takes that as it is.
+/// slightly negative: transmittance takes that as it is. More than slightly is the sign of a lattice too
+/// coarse to be corrected, and would brighten: there is a floor.
+constexpr float kMostLowered = 0.1f;
+
 std::unique_ptr<float[]> balance(const Vec3i& size, const float* tau) {
   const size_t su = size_t(size.y) * size_t(size.z), sv = size_t(size.z);
   auto balanced = std::make_unique_for_overwrite<float[]>(size_t(size.x) * su);
@@ -66,11 +69,13 @@ std::unique_ptr<float[]> balance(const Vec3i& size, const float* tau) {
         return (at[before_u] + at[after_u]) + (at[before_v] + at[after_v]) - 4.0f * at[0];
       };
       const size_t last = sv - 1;
-      out[0] = line[0] - (1.0f / 12.0f) * across(0);
+      const auto floored = [](float depth) { return std::max(depth, -kMostLowered); };
+      out[0] = floored(line[0] - (1.0f / 12.0f) * across(0));
       for (size_t w = 1; w < last; ++w) {
-        out[w] = line[w] - (1.0f / 12.0f) * (across(w) + (line[w - 1] + line[w + 1] - 2.0f * line[w]));
+        out[w] =
+            floored(line[w] - (1.0f / 12.0f) * (across(w) + (line[w - 1] + line[w + 1] - 2.0f * line[w])));
       }
-      out[last] = line[last] - (1.0f / 12.0f) * across(last);
+      out[last] = floored(line[last] - (1.0f / 12.0f) * across(last));
     }
   });
   return balanced;
