@@ -29,6 +29,8 @@ struct MarchGrid {
   Affine local_from_world;
   Box3d bounds;             ///< of what is not 0, local
   double extinction = 0.0;  ///< [1/m]
+  double glow = 0.0;  ///< what a density of 1 adds to a ray without any light, largest channel [W/(m3 sr)]
+  double glow_bound = 0.0;  ///< upper bound of what that makes of a whole ray [W/(m2 sr)]
 
   int terms = 1;                                    ///< scatter terms
   std::array<float, kMostTerms> term_extinction{};  ///< of each, relative to the grid's
@@ -57,7 +59,6 @@ struct MarchScene {
   bool height_light = false;   ///< some light varies with height: the sums of heights are wanted
   bool is_leaping = true;      ///< false: every node counts as the densest and most varied of all
   const ShadowRays* shadow_rays = nullptr;  ///< asked instead of the lattices where it is set
-  double stop = 0.0;                        ///< transmittance at which a ray ends
 };
 
 /// What a ray asks for.
@@ -70,14 +71,17 @@ struct MarchRay {
       0.0;  ///< how much error a step may make [1]: the error of the ray is in proportion to it
   double height0 = 0.0, height1 = 0.0;  ///< height at t [m]: height0 + t * height1
   double behind = 0.0;                  ///< radiance that arrives from the end of the ray, largest channel
+  double brightest = 0.0;               ///< no light on the ray is brighter, largest channel
+  double stop = 0.0;                    ///< transmittance at which the ray ends
 };
 
 /// What it gets, besides MarchSums.
 struct MarchResult {
   double tau = 0.0;
   double transmittance = 1.0;  ///< where the ray stopped
-  double z_first = 0.0, z_half = 0.0;
-  double error = 0.0;  ///< estimated, from second differences of the samples
+  Segment first;               ///< the first sample with a density at its end, what is before it at its start
+  double z_half = 0.0;         ///< where the transmittance falls below one half
+  double error = 0.0;          ///< estimated, from second differences of the samples
   uint64_t samples = 0, lookups = 0, leaps = 0;
 };
 
