@@ -210,8 +210,10 @@ class MarchTracer final : public Tracer, private ShadowRays {
     if (i == 0) {
       tile.camera.density_samples += packet.samples;
       tile.camera.leaps += packet.leaps;
-      tile.source_samples += packet.lookups;
+      tile.source_samples += packet.samples * (m_plan.scattering ? 1 : 0);
+      tile.ambient_samples += packet.samples * (m_plan.ambient ? 1 : 0);
       tile.shadow.density_samples += packet.lookups;
+      tile.media_shadow_rays += packet.lookups;
     }
     const MarchResult& marched = packet.marched[i];
     const double passed = transmittance(marched.tau);

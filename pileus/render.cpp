@@ -53,7 +53,8 @@ class Pass {
         m_options(options),
         m_world(world),
         m_crop(crop),
-        m_tracer(scene.render.integrator->prepare(world, plan, {scene.render.tolerance, coarseness, scene.render.size})) {}
+        m_tracer(scene.render.integrator->prepare(world, plan,
+                                                  {scene.render.tolerance, coarseness, scene.render.size})) {}
 
   /// Renders the tiles that are not done yet. Returns false where it was stopped: `tiles` then says what is
   /// done.
@@ -86,7 +87,8 @@ class Pass {
     trace(rays, results, tile_counters, must_stop);
     const size_t rays_per_pixel = rays.size() / pixels.size();
     for (size_t i = 0; i < pixels.size(); ++i) {
-      film.set_pixel(pixels[i].x, pixels[i].y, std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
+      film.set_pixel(pixels[i].x, pixels[i].y,
+                     std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
     }
     finish_tile(index, tile_counters);
   }
@@ -287,6 +289,13 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
   report.peak_memory_bytes = peak_memory_bytes();
   count_bad_pixels(rendering.image, report);
   return rendering;
+}
+
+std::vector<std::string> explain_choices(const Scene& scene) {
+  const EffectPlan plan = plan_effects(scene);
+  const World world = build_world(scene);
+  const Accuracy accuracy{scene.render.tolerance, 1.0, scene.render.size};
+  return scene.render.integrator->prepare(world, plan, accuracy)->choices();
 }
 
 void save(const Rendering& rendering, const std::filesystem::path& file, bool half) {
