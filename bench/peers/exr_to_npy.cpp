@@ -20,7 +20,7 @@ int main(int argc, char** argv) try {
     for (const Channel& each : image.channels) found += (found.empty() ? "" : ", ") + each.name;
     throw Error(ErrorKind::file, argv[1], "no channel " + channel + "; found " + found);
   }
-  bench::write_npy(argv[3], plane->values, Vec2i(image.width, image.height));
+  bench::write_npy(argv[3], plane->values, {image.height, image.width});
 } catch (const std::exception& error) {
   std::fprintf(stderr, "exr_to_npy: %s\n", error.what());
   return 1;

@@ -270,7 +270,7 @@ void run(const MarchOptions& options) {
   const std::vector<float> pixels =
       options.is_double ? render<double>(grid, scene, options) : render<float>(grid, scene, options);
   const double rendering = watch.lap();
-  if (!options.output.empty()) write_npy(options.output, pixels, scene.size);
+  if (!options.output.empty()) write_npy(options.output, pixels, {scene.size.y, scene.size.x});
   std::printf("{\"load\": %.4f, \"build\": %.4f, \"render\": %.4f, \"total\": %.4f}\n", load, build,
               rendering, whole.lap());
 }
