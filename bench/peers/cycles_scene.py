@@ -44,6 +44,7 @@ volume.filepath = job["cloud"]
 volume.render.precision = "FULL"
 volume.render.step_size = job["step"] * job["voxel_size"]
 cloud = add("cloud", volume)
+cloud.location = Vector((-0.5,) * 3) * job["voxel_size"]  # Cycles shows a voxel's value at its upper corner
 
 material = bpy.data.materials.new("cloud")
 material.use_nodes = True

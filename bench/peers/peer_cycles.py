@@ -19,7 +19,7 @@ def check(paths):
 def ladder(quick):
     """From coarse to fine: (samples per pixel, step in voxels)."""
     coarse = [(1, 4), (4, 2)]
-    return coarse if quick else coarse + [(16, 2), (32, 2), (64, 2)]
+    return coarse if quick else coarse + [(16, 2), (64, 2), (96, 1)]
 
 
 def label(setting):
