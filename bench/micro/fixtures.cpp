@@ -21,8 +21,10 @@ const ProceduralCloud& cumulus() {
 }
 
 double cumulus_voxel_size(int voxels) {
+  constexpr double kFilled =
+      0.47;  // share of the free form's longest axis that noise and height profile leave
   const Vec3d size = cumulus().bounds().size();
-  return std::max({size.x, size.y, size.z}) / voxels;
+  return kFilled * std::max({size.x, size.y, size.z}) / voxels;
 }
 
 std::shared_ptr<const DensityField> cumulus_field(int voxels) {

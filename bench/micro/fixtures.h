@@ -9,7 +9,7 @@
 
 namespace pileus::bench {
 
-/// A cumulus about 2 m wide: what the benchmarks of this folder look at.
+/// A cumulus about 1.3 m wide: what the benchmarks of this folder look at.
 const ProceduralCloud& cumulus();
 
 /// Edge of a voxel [m] that gives a grid of about `voxels` voxels along the cloud's longest axis.
