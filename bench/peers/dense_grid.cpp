@@ -33,7 +33,8 @@ DenseGrid read_dense_grid(const std::filesystem::path& file) {
   const openvdb::FloatGrid::Ptr sparse = read_density_grid(file).grid;
   const Affine from_index = world_from_index(file, *sparse);
   openvdb::CoordBBox box = sparse->evalActiveVoxelBoundingBox();
-  box.expand(1);
+  box.min().offset(-1);
+  box.max().offset(2);
 
   DenseGrid grid;
   grid.voxel_size = cube_edge(file, from_index);

@@ -11,8 +11,8 @@ namespace pileus::bench {
 
 /// A density grid as the plain marcher reads it: every voxel of the bounding box in one array, and a bit of
 /// empty space skipping. Positions are in voxels of the array; voxel (i, j, k) sits at the integer position
-/// (i, j, k), and a border of one empty voxel lies around the grid's own, so that a look-up at 0 <= p < size
-/// - 1 needs no check.
+/// (i, j, k). A border of empty voxels lies around the grid's own: one in front, two behind, so that a
+/// look-up at 0 <= p <= size - 2 needs no check.
 struct DenseGrid {
   static constexpr int kBlock = 8;  ///< cells along a block's edge
 

@@ -74,7 +74,7 @@ class Marcher {
         m_stride_z(ptrdiff_t(grid.size.x) * grid.size.y),
         m_block_stride_y(grid.blocks.x),
         m_block_stride_z(ptrdiff_t(grid.blocks.x) * grid.blocks.y),
-        m_top{Real(grid.size.x - 1), Real(grid.size.y - 1), Real(grid.size.z - 1)},
+        m_top{Real(grid.size.x - 2), Real(grid.size.y - 2), Real(grid.size.z - 2)},
         m_step(Real(options.step)),
         m_tau_step(Real(scene.extinction * grid.voxel_size * options.step)),
         m_tau_stop(Real(-std::log(options.stop))),
@@ -119,7 +119,7 @@ class Marcher {
     for (int i = 0; i < steps;) {
       const Real t = t0 + (Real(i) + Real(0.5)) * m_step;
       const Vec<Real> p{o.x + t * d.x, o.y + t * d.y, o.z + t * d.z};
-      const int x = cell(p.x, m_top.x), y = cell(p.y, m_top.y), z = cell(p.z, m_top.z);
+      const unsigned x = unsigned(int(p.x)), y = unsigned(int(p.y)), z = unsigned(int(p.z));
       if (!m_lit[(z / kBlock) * m_block_stride_z + (y / kBlock) * m_block_stride_y + x / kBlock]) {
         const Real leave =
             std::min({exit(p.x, inverse.x, x), exit(p.y, inverse.y, y), exit(p.z, inverse.z, z)});
@@ -138,19 +138,16 @@ class Marcher {
     t1 = std::min(t1, std::max(a, b));
   }
 
-  /// The cell that holds p; the last one for what rounding puts on the box's surface.
-  static int cell(Real p, Real top) { return std::clamp(int(p), 0, int(top) - 1); }
-
   /// Distance to where the ray leaves the block of cell x along one axis; infinite where it runs along it.
-  static Real exit(Real p, Real inverse, int x) {
-    const int first = x / kBlock * kBlock;
-    const Real face = inverse > 0 ? Real(first + kBlock) : Real(first);
-    return std::max((face - p) * inverse, Real(0));
+  static Real exit(Real p, Real inverse, unsigned x) {
+    const unsigned first = x / kBlock * kBlock;
+    const Real face = inverse > 0 ? Real(int(first + kBlock)) : Real(int(first));
+    return std::max(Real(0), (face - p) * inverse);
   }
 
-  Real density(const Vec<Real>& p, int x, int y, int z) const {
+  Real density(const Vec<Real>& p, unsigned x, unsigned y, unsigned z) const {
     const float* c = m_rho + z * m_stride_z + y * m_stride_y + x;
-    const Real u = p.x - Real(x), v = p.y - Real(y), w = p.z - Real(z);
+    const Real u = p.x - Real(int(x)), v = p.y - Real(int(y)), w = p.z - Real(int(z));
     const auto lerp = [](Real a, Real b, Real s) { return a + s * (b - a); };
     const auto row = [&](const float* r) { return lerp(Real(r[0]), Real(r[1]), u); };
     const Real near = lerp(row(c), row(c + m_stride_y), v);
@@ -158,12 +155,12 @@ class Marcher {
     return lerp(near, far, w);
   }
 
-  static constexpr int kBlock = DenseGrid::kBlock;
+  static constexpr unsigned kBlock = DenseGrid::kBlock;
 
   const float* m_rho;
   const uint8_t* m_lit;
   ptrdiff_t m_stride_y, m_stride_z, m_block_stride_y, m_block_stride_z;
-  Vec<Real> m_top;  ///< far corner of the box
+  Vec<Real> m_top;  ///< far corner of the box that rays walk; cells beyond it exist, so rounding does no harm
   Real m_step, m_tau_step, m_tau_stop, m_stop;
   Vec<Real> m_sun;
   Real m_source;  ///< radiance scattered from a point in full light, per unit of optical depth
