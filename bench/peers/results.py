@@ -54,7 +54,13 @@ class Row:
         return median(self.render or self.process)
 
     def as_dict(self):
-        return dict(vars(self), seconds=self.seconds if self.process else None)
+        """For JSON, which has no NaN."""
+        figures = dict(vars(self), seconds=self.seconds if self.process else math.nan)
+        return {key: or_none(value) for key, value in figures.items()}
+
+
+def or_none(value):
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def time_at(rows, target):
@@ -91,17 +97,17 @@ def summary(rows, reference):
         reference_bound, reference_seconds = time_at(groups.get(reference, []), target)
         for renderer, group in groups.items():
             bound, seconds = time_at(group, target)
-            factor = reference_seconds / seconds
-            exact = bound == "" and reference_bound == ""
-            result.append(dict(target=target, renderer=renderer, bound=bound, seconds=seconds,
-                               factor=factor if math.isfinite(factor) else None, factor_is_exact=exact))
+            factor = math.nan if ">" in (bound, reference_bound) else reference_seconds / seconds
+            is_exact = bound == "" and reference_bound == ""
+            result.append(dict(target=target, renderer=renderer, bound=bound, seconds=or_none(seconds),
+                               factor=or_none(factor), factor_is_exact=is_exact))
     return result
 
 
 def print_rows(rows):
     print(f"{'renderer':<16} {'setting':<26} {'render s':>9} {'process s':>10} {'cpu s':>8} {'rel. RMSE':>10} "
           f"{'best scale':>10} {'then':>9}")
-    for row in rows:
+    for row in (row for group in by_renderer(rows).values() for row in group):
         if not row.process:
             print(f"{row.renderer:<16} {row.setting:<26} {row.note}")
             continue
@@ -114,9 +120,9 @@ def print_summary(entries, reference):
     for target in TARGETS:
         print(f"\nat a relative RMSE of {target:.1%}")
         for entry in entries:
-            if entry["target"] != target or not math.isfinite(entry["seconds"]):
+            if entry["target"] != target or entry["seconds"] is None:
                 continue
             time = f"{entry['bound']} {entry['seconds']:.3f} s".strip()
-            factor = "" if entry["factor"] is None or entry["bound"] == ">" else (
-                f"{'' if entry['factor_is_exact'] else 'about '}{entry['factor']:.3g} x the speed of the {reference}")
-            print(f"  {entry['renderer']:<16} {time:>14}  {factor}")
+            about = "" if entry["factor_is_exact"] else "about "
+            factor = f"{about}{entry['factor']:.3g} x the speed of the {reference}" if entry["factor"] else ""
+            print(f"  {entry['renderer']:<16} {time:>14}  {factor}".rstrip())
