@@ -97,6 +97,15 @@ void RenderCommand::write(Rendering& rendering) const {
   for (const auto& output : outputs) save(rendering, output, half);
 }
 
+/// How far a time limit made the picture coarser than asked; "" where it did not.
+std::string accuracy_reached(const RenderReport& report) {
+  if (report.coarseness <= 1.0) return "";
+  std::string text = fmt::format(", {:.3g} times coarser than asked", report.coarseness);
+  if (report.max_error_estimate)
+    text += fmt::format("; estimated error at most {:.2g}", *report.max_error_estimate);
+  return text;
+}
+
 void RenderCommand::tell(const Rendering& rendering) const {
   for (const std::string& warning : rendering.report.warnings) {
     std::fprintf(stderr, "pileus: warning: %s\n", warning.c_str());
@@ -104,8 +113,9 @@ void RenderCommand::tell(const Rendering& rendering) const {
   if (json) std::fputs(to_json(rendering.report).c_str(), stdout);
   if (json || quiet) return;
   for (const auto& output : outputs) {
-    fmt::print("{}: {} x {} pixels in {:.2f} s\n", output.string(), rendering.image.width,
-               rendering.image.height, rendering.report.seconds.at("wall"));
+    fmt::print("{}: {} x {} pixels in {:.2f} s{}\n", output.string(), rendering.image.width,
+               rendering.image.height, rendering.report.seconds.at("wall"),
+               accuracy_reached(rendering.report));
   }
 }
 
