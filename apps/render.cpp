@@ -11,6 +11,7 @@
 #include "apps/numbers.h"
 #include "apps/progress_bar.h"
 #include "apps/scene_options.h"
+#include "apps/text_file.h"
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
 #include "pileus/pileus.h"
@@ -60,15 +61,6 @@ RenderOptions RenderCommand::render_options() const {
   if (resume) options.checkpoint = outputs.front().string() + ".partial.exr";
   options.is_cancelled = is_interrupted;
   return options;
-}
-
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  AtomicFile file(path);
-  std::FILE* stream = std::fopen(file.path().c_str(), "wb");
-  const bool is_whole = stream && std::fwrite(text.data(), 1, text.size(), stream) == text.size();
-  const bool is_closed = stream && std::fclose(stream) == 0;
-  if (!is_whole || !is_closed) throw Error(ErrorKind::file, path.string(), "cannot be written");
-  file.commit();
 }
 
 /// Refuses, before any time is spent, what could not be written in the end.
