@@ -156,7 +156,7 @@ void AccuracyCommand::tell(const AccuracyStudy& study, const AccuracyAnalysis& a
   };
   size_t width = 6;
   for (const MethodSummary& method : analysis.methods) width = std::max(width, method.method.name.size());
-  fmt::print("{}\n\n{:<{}}", conclusion(analysis), "method", width);
+  fmt::print("{}\n\n{:<{}}", conclusion(study, analysis), "method", width);
   for (const double level : kErrorLevels) fmt::print("  {:>14}", fmt::format("s to RMSE {:g}", level));
   fmt::print("  {:>6}\n", "order");
   for (const MethodSummary& method : analysis.methods) {

@@ -54,7 +54,7 @@ std::string to_json(const Scene& scene, const AccuracyStudy& study, const Accura
             {"threads", study.threads},
             {"repeat", study.repeat},
             {"machine", machine_line()},
-            {"conclusion", conclusion(analysis)}};
+            {"conclusion", conclusion(study, analysis)}};
   json["best"] = analysis.best ? Json(analysis.methods[*analysis.best].method.name) : Json(nullptr);
   json["cost_of_a_digit"] =
       analysis.best ? Json(cost_of_a_digit(*analysis.methods[*analysis.best].seconds)) : Json(nullptr);

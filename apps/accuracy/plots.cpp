@@ -43,7 +43,6 @@ set grid lc rgb '#e3e3e3' lw 1 dt 1, lc rgb '#f2f2f2' lw 1 dt 1
 set key outside right top vertical Left reverse noenhanced spacing 1.25 samplen 2
 set xlabel {} tc rgb '#333333'
 set ylabel {} tc rgb '#333333'
-set offsets graph 0.04, graph 0.04, graph 0.06, graph 0.06
 )",
       name, quoted(x_label), quoted(y_label));
 }

@@ -88,7 +88,7 @@ void fill_facts(Dictionary& page, const Scene& scene, const AccuracyStudy& study
   page["VERSION"] = kVersion;
   page["DATE"] = date_line();
   page["MACHINE"] = machine_line();
-  page["CONCLUSION"] = conclusion(analysis);
+  page["CONCLUSION"] = conclusion(study, analysis);
   if (analysis.best) {
     const MethodSummary& best = analysis.methods[*analysis.best];
     page["FIT"] = fmt::format(

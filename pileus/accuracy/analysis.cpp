@@ -72,13 +72,21 @@ double cost_of_a_digit(const PowerLaw& seconds_over_error) {
   return std::pow(0.1, seconds_over_error.exponent);
 }
 
-std::string conclusion(const AccuracyAnalysis& analysis) {
-  if (!analysis.best) {
-    return "No method has two runs whose errors differ and can be told, so that accuracy has no price here.";
+std::string conclusion(const AccuracyStudy& study, const AccuracyAnalysis& analysis) {
+  std::string text =
+      "No method has two runs whose errors differ and can be told: accuracy has no price here.";
+  if (analysis.best) {
+    const MethodSummary& best = analysis.methods[*analysis.best];
+    text = fmt::format("On this scene, ten times more accurate costs {:.3g} times the time ({}).",
+                       cost_of_a_digit(*best.seconds), best.method.name);
   }
-  const MethodSummary& best = analysis.methods[*analysis.best];
-  return fmt::format("On this scene, ten times more accurate costs {:.3g} times the time ({}).",
-                     cost_of_a_digit(*best.seconds), best.method.name);
+  for (const MethodSummary& method : analysis.methods) {
+    if (method.runs.empty() || study.runs[method.runs.front()].is_resolved) continue;
+    text += fmt::format(
+        " With {}, the error is below what the reference can tell, {:.2g}, after {:.3g} s already.",
+        method.method.name, study.reference.rms_error_estimate, study.runs[method.runs.front()].total.median);
+  }
+  return text;
 }
 
 }  // namespace pileus

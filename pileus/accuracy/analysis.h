@@ -37,7 +37,8 @@ AccuracyAnalysis analyse(const AccuracyStudy& study);
 /// Times the time that a tenth of the error costs.
 double cost_of_a_digit(const PowerLaw& seconds_over_error);
 
-/// The one sentence: "On this scene, ten times more accurate costs 2.4 times the time (march)."
-std::string conclusion(const AccuracyAnalysis& analysis);
+/// The one sentence: "On this scene, ten times more accurate costs 2.4 times the time (march)." Where a
+/// method is beyond what the reference can tell from its coarsest setting on, another says so.
+std::string conclusion(const AccuracyStudy& study, const AccuracyAnalysis& analysis);
 
 }  // namespace pileus
