@@ -68,19 +68,21 @@ std::string unresolved_field(const AccuracyStudy& study) {
   return "";
 }
 
-/// Cost over error for every method, runs on the Pareto front ringed. `line` gives a run's "cost low high".
+/// Cost over error for every method; runs that no other beats in this cost are ringed.
 Plot cost_plot(const AccuracyStudy& study, const AccuracyAnalysis& analysis, const std::string& name,
-               const std::string& y_label, const std::function<std::string(const AccuracyRun&)>& line) {
+               const std::string& y_label, const std::function<Spread(const AccuracyRun&)>& cost_of) {
+  std::vector<CostError> points;
+  for (const AccuracyRun& run : study.runs) points.push_back({cost_of(run).median, run.difference.rmse});
+  const std::vector<bool> is_on_front = pareto_front(points);
   std::string blocks, curves, front;
   for (size_t m = 0; m < analysis.methods.size(); ++m) {
     const MethodSummary& method = analysis.methods[m];
     std::string lines;
     for (const size_t i : method.runs) {
-      const AccuracyRun& run = study.runs[i];
-      const std::string cost = line(run);
-      if (cost.empty() || !is_drawable(run.difference.rmse)) continue;
-      lines += fmt::format("{} {}\n", run.difference.rmse, cost);
-      if (analysis.is_on_front[i]) front += fmt::format("{} {}\n", run.difference.rmse, cost);
+      const Spread cost = cost_of(study.runs[i]);
+      if (!is_drawable(cost.min) || !is_drawable(points[i].error)) continue;
+      lines += fmt::format("{} {} {} {}\n", points[i].error, cost.median, cost.min, cost.max);
+      if (is_on_front[i]) front += fmt::format("{} {}\n", points[i].error, cost.median);
     }
     if (lines.empty()) continue;
     blocks += data_block(fmt::format("method{}", m), lines);
@@ -95,17 +97,6 @@ Plot cost_plot(const AccuracyStudy& study, const AccuracyAnalysis& analysis, con
   return {name, "",
           preamble(name, "RMSE against the reference [radiance]", y_label) + unresolved_field(study) +
               blocks + "plot " + curves + "\n"};
-}
-
-std::string seconds_line(const AccuracyRun& run) {
-  if (!is_drawable(run.total.min)) return "";
-  return fmt::format("{} {} {}", run.total.median, run.total.min, run.total.max);
-}
-
-/// Counts do not vary: both ends of the bar are the count.
-std::string lookups_line(const AccuracyRun& run) {
-  const double count = run.lookups();
-  return is_drawable(count) ? fmt::format("{0} {0} {0}", count) : "";
 }
 
 /// Error over the setting, with the fitted line, for the methods that are set by a step, or by the tolerance.
@@ -147,11 +138,13 @@ std::vector<Plot> accuracy_plots(const AccuracyStudy& study, const AccuracyAnaly
     plot.caption = std::move(caption);
     if (!plot.script.empty()) plots.push_back(std::move(plot));
   };
-  add(cost_plot(study, analysis, "error_seconds", "building and rendering [s]", seconds_line),
+  add(cost_plot(study, analysis, "error_seconds", "building and rendering [s]",
+                [](const AccuracyRun& run) { return run.total; }),
       "What accuracy costs in time: down and to the left is better. Medians, with bars from the fastest to "
       "the "
       "slowest run; no run beats those with a ring. In a grey field, the reference cannot tell the error.");
-  add(cost_plot(study, analysis, "error_lookups", "density look-ups", lookups_line),
+  add(cost_plot(study, analysis, "error_lookups", "density look-ups",
+                [](const AccuracyRun& run) { return spread_of({run.lookups()}); }),
       "What accuracy costs in work: density look-ups towards the camera and the lights, which no machine "
       "changes.");
   add(convergence_plot(study, analysis, false),

@@ -84,6 +84,11 @@ TEST_F(Accuracy, writes_a_table_and_a_page_that_agree) {
     EXPECT_EQ(rows[i].at("estimate_max").empty(), rows[i].at("integrator") == "uniform");
   }
 
+  const std::string manual = read_file(std::string(PILEUS_SOURCE_DIR) + "/docs/accuracy.md");
+  for (const auto& [column, value] : rows.front()) {
+    EXPECT_NE(manual.find("| `" + column + "` | "), std::string::npos) << column << " is not documented";
+  }
+
   const std::string html = read_file(folder / "out/report.html");
   EXPECT_EQ(html.find("http"), std::string::npos) << "the page needs no network";
   EXPECT_EQ(html.find("{{"), std::string::npos) << "a marker was not filled in";
