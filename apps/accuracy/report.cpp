@@ -139,13 +139,14 @@ void add_pictures(Dictionary& shown, const Scene& scene, const AccuracyRun& run,
   add(difference_image(image, reference), {},
       fmt::format("difference: RMSE {}, largest {}", short_number(run.difference.rmse),
                   short_number(run.difference.max_abs)));
-  const Channel* bound = run.bound ? image.find("error_bound") : nullptr;
-  if (!bound) return;
-  constexpr const char* kScale = "black 1e-6 or less, white 0.1 or more, by the logarithm";
+  const std::optional<OwnError>& own = run.bound ? run.bound : run.estimate;
+  if (!own) return;
+  const Channel* said = image.find(run.bound ? "error_bound" : "error_estimate");
   add(error_picture(image.width, image.height, true_errors(image, reference)), {},
-      fmt::format("true error ({})", kScale));
-  add(error_picture(image.width, image.height, bound->values), {},
-      fmt::format("its bound, on the same scale; exceeded in {} pixels", run.bound->exceeded));
+      "true error: black 1e-6 or less, white 0.1 or more, by the logarithm");
+  add(error_picture(image.width, image.height, said->values), {},
+      fmt::format("its own {} of it, on the same scale; exceeded in {} pixels",
+                  run.bound ? "bound" : "estimate", own->exceeded));
 }
 
 void fill_pictures(Dictionary& page, const Scene& scene, const AccuracyStudy& study,
