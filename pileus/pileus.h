@@ -35,7 +35,8 @@ struct Crop {
 struct RenderOptions {
   int threads = 0;                   ///< 0: all cores
   std::optional<Crop> crop;          ///< the picture then has the size of the crop
-  double time_limit = 0.0;           ///< [s]; > 0: the most accurate picture that the time allows
+  double time_limit = 0.0;           ///< [s]; > 0: the most accurate picture that the time allows, or the
+                                     ///< coarsest one, late, where it allows none
   std::filesystem::path checkpoint;  ///< where an interrupted render leaves its tiles, and a later one finds
                                      ///< them; remove it when the picture is saved
   /// Called with the share done, 0 .. 1, from one thread at a time: with 0 once the scene is built, then per
