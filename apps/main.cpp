@@ -74,6 +74,7 @@ int run(int argc, char** argv) {
       "  pileus render scene.toml -o picture.exr --aov beauty,transmittance,Z\n"
       "  pileus info smoke1.vdb                        what is in a file\n"
       "  pileus explain scene.toml                     what will be simulated, and why\n"
+      "  pileus accuracy scene.toml -o accuracy        what accuracy costs in time\n"
       "  pileus COMMAND --help                         options and examples of a command");
   app.add_option("--plugin", "a plugin library (.so) to load first; may repeat (also: PILEUS_PLUGIN_PATH)")
       ->allow_extra_args(false)
@@ -84,6 +85,7 @@ int run(int argc, char** argv) {
   add_cloud_command(app, exit_code);
   add_info_command(app, exit_code);
   add_explain_command(app, exit_code);
+  add_accuracy_command(app, exit_code);
   add_diff_command(app, exit_code);
   add_plugins_command(app, exit_code);
   try {

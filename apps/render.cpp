@@ -11,6 +11,7 @@
 #include "apps/numbers.h"
 #include "apps/progress_bar.h"
 #include "apps/scene_options.h"
+#include "apps/text_file.h"
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
 #include "pileus/pileus.h"
@@ -62,15 +63,6 @@ RenderOptions RenderCommand::render_options() const {
   return options;
 }
 
-void write_text(const std::filesystem::path& path, const std::string& text) {
-  AtomicFile file(path);
-  std::FILE* stream = std::fopen(file.path().c_str(), "wb");
-  const bool is_whole = stream && std::fwrite(text.data(), 1, text.size(), stream) == text.size();
-  const bool is_closed = stream && std::fclose(stream) == 0;
-  if (!is_whole || !is_closed) throw Error(ErrorKind::file, path.string(), "cannot be written");
-  file.commit();
-}
-
 /// Refuses, before any time is spent, what could not be written in the end.
 void RenderCommand::check_outputs(const Scene& loaded) const {
   const CancellableScope cancellable;  // no probe shall stay behind
@@ -97,6 +89,15 @@ void RenderCommand::write(Rendering& rendering) const {
   for (const auto& output : outputs) save(rendering, output, half);
 }
 
+/// How far a time limit made the picture coarser than asked; "" where it did not.
+std::string accuracy_reached(const RenderReport& report) {
+  if (report.coarseness <= 1.0) return "";
+  std::string text = fmt::format(", {:.3g} times coarser than asked", report.coarseness);
+  if (report.max_error_estimate)
+    text += fmt::format("; estimated error at most {:.2g}", *report.max_error_estimate);
+  return text;
+}
+
 void RenderCommand::tell(const Rendering& rendering) const {
   for (const std::string& warning : rendering.report.warnings) {
     std::fprintf(stderr, "pileus: warning: %s\n", warning.c_str());
@@ -104,8 +105,9 @@ void RenderCommand::tell(const Rendering& rendering) const {
   if (json) std::fputs(to_json(rendering.report).c_str(), stdout);
   if (json || quiet) return;
   for (const auto& output : outputs) {
-    fmt::print("{}: {} x {} pixels in {:.2f} s\n", output.string(), rendering.image.width,
-               rendering.image.height, rendering.report.seconds.at("wall"));
+    fmt::print("{}: {} x {} pixels in {:.2f} s{}\n", output.string(), rendering.image.width,
+               rendering.image.height, rendering.report.seconds.at("wall"),
+               accuracy_reached(rendering.report));
   }
 }
 

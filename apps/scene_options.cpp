@@ -7,9 +7,7 @@
 #include "pileus/pileus.h"
 
 namespace pileus {
-namespace {
 
-/// "960x540" as the scene writes it.
 std::string size_override(const std::string& text) {
   const auto size = parse_integers<2>(text, 'x');
   if (!size) {
@@ -19,10 +17,18 @@ std::string size_override(const std::string& text) {
   return fmt::format("render.size=[{}, {}]", (*size)[0], (*size)[1]);
 }
 
-}  // namespace
+void SceneOptions::add_input_to(CLI::App& command) {
+  command.add_option("INPUT", input, "scene (.toml) or bare volume (.vdb)")->required();
+}
+
+void SceneOptions::add_settings_to(CLI::App& command) {
+  command.add_option("--set", settings, "set any value of the scene; may repeat")
+      ->type_name("path.to.key=value")
+      ->allow_extra_args(false);
+}
 
 void SceneOptions::add_to(CLI::App& command) {
-  command.add_option("INPUT", input, "scene (.toml) or bare volume (.vdb)")->required();
+  add_input_to(command);
   const auto overriding = [&](const char* name, const char* help, auto&& to_override) {
     return command.add_option_function<std::string>(
         name, [this, to_override](const std::string& value) { overrides.push_back(to_override(value)); },
@@ -42,9 +48,7 @@ void SceneOptions::add_to(CLI::App& command) {
   overriding("--aov", "planes to write: beauty,transmittance,Z,samples,error_estimate",
              [](const std::string& list) { return fmt::format("render.aovs=\"{}\"", list); })
       ->type_name("LIST");
-  command.add_option("--set", settings, "set any value of the scene; may repeat")
-      ->type_name("path.to.key=value")
-      ->allow_extra_args(false);
+  add_settings_to(command);
 }
 
 Scene SceneOptions::load() const {

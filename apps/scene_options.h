@@ -18,7 +18,12 @@ struct SceneOptions {
   std::vector<std::string> settings;   ///< what --set says: it has the last word
 
   void add_to(CLI::App& command);
+  void add_input_to(CLI::App& command);     ///< INPUT alone
+  void add_settings_to(CLI::App& command);  ///< --set alone
   Scene load() const;
 };
+
+/// "960x540" as the scene writes it: an override. Throws Error(usage) for anything else.
+std::string size_override(const std::string& text);
 
 }  // namespace pileus

@@ -3,6 +3,9 @@ option(PILEUS_WERROR "Treat warnings as errors (on in CI)" OFF)
 set(PILEUS_SANITIZE "" CACHE STRING "Sanitizers to build with: address, undefined, thread, or a ;-list")
 set_property(CACHE PILEUS_SANITIZE PROPERTY STRINGS "" address undefined thread "address;undefined")
 
+set(PILEUS_WITHOUT "" CACHE STRING
+    "Effects to compile out, as a ;-list of SHADOWS, PHASE, ...: bench/effects counts what they cost where they are off")
+
 find_program(PILEUS_CCACHE ccache)
 if(PILEUS_CCACHE AND NOT CMAKE_CXX_COMPILER_LAUNCHER)
   set(CMAKE_CXX_COMPILER_LAUNCHER ${PILEUS_CCACHE})
@@ -15,6 +18,9 @@ target_compile_options(pileus_compiler INTERFACE
   $<$<CXX_COMPILER_ID:GNU>:-Wno-restrict>  # GCC 12 sees overlap in std::string where there is none (GCC bug 105651)
   $<$<BOOL:${PILEUS_WERROR}>:-Werror>
   -ffp-contract=off)  # a fused multiply-add appears only where std::fma is written
+foreach(effect IN LISTS PILEUS_WITHOUT)
+  target_compile_definitions(pileus_compiler INTERFACE PILEUS_WITHOUT_${effect})
+endforeach()
 foreach(sanitizer IN LISTS PILEUS_SANITIZE)
   target_compile_options(pileus_compiler INTERFACE -fsanitize=${sanitizer} -fno-omit-frame-pointer)
   target_link_options(pileus_compiler INTERFACE -fsanitize=${sanitizer})

@@ -26,7 +26,7 @@
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/lighting.h"
 #include "integrators/march_scene.h"
-#include "integrators/sun_cache.h"
+#include "integrators/sunlight.h"
 #include "lib/core/error.h"
 #include "lib/core/param_table.h"
 #include "lib/math/transmittance.h"
@@ -53,7 +53,7 @@ struct MarchOptions {
   bool sun_cache = true;
 };
 
-class MarchTracer final : public Tracer, private ShadowRays {
+class MarchTracer final : public Tracer {
  public:
   MarchTracer(const World& world, const EffectPlan& plan, const Accuracy& accuracy,
               const MarchOptions& options)
@@ -66,7 +66,7 @@ class MarchTracer final : public Tracer, private ShadowRays {
     if (plan.scattering) choose_sunlight(accuracy.picture, options);
   }
 
-  size_t rays_per_call() const override { return m_march.kernel.shadow_rays ? 16 : 256; }
+  size_t rays_per_call() const override { return m_march.kernel.shadow_step > 0.0 ? 64 : 256; }
 
   std::vector<std::string> choices() const override { return m_choices; }
 
@@ -116,25 +116,11 @@ class MarchTracer final : public Tracer, private ShadowRays {
   };
 
   void choose_sunlight(const Vec2i& picture, const MarchOptions& options) {
-    // Shadow rays cost a hundred times as much as samples: memory is spent before time.
-    double most_bytes = 256e6;
-    for (const MarchGrid& grid : m_march.kernel.grids)
-      most_bytes += double(grid.pyramid->grid().memory_bytes());
-    if (options.sun_cache) {
-      const SunCacheChoice choice =
-          build_sun_cache(m_world, picture, kCacheShare * m_tolerance, most_bytes, m_march);
-      m_cache_error = choice.error;
-      m_choices.push_back("sunlight: " + choice.reason);
-      if (choice.is_cached) return;
-    } else {
-      m_choices.push_back("sunlight: a shadow ray per sample, as asked for");
-    }
-    m_march.kernel.shadow_rays = this;
-  }
-
-  double depth(int light, const Vec3d& p_world) const override {
-    FieldCounters counters;
-    return m_march.exact_depth(size_t(light), p_world, counters);
+    constexpr double kMostBytes = 512e6;
+    const SunlightChoice choice = pileus::choose_sunlight(m_world, picture, kCacheShare * m_tolerance,
+                                                          options.sun_cache ? kMostBytes : 0.0, m_march);
+    m_cache_error = choice.error;
+    m_choices.push_back("sunlight: " + choice.reason);
   }
 
   void prepare_ray(Packet& packet, size_t i, TraceCounters& tile) const {
@@ -210,8 +196,10 @@ class MarchTracer final : public Tracer, private ShadowRays {
     if (i == 0) {
       tile.camera.density_samples += packet.samples;
       tile.camera.leaps += packet.leaps;
-      tile.source_samples += packet.lookups;
+      tile.source_samples += packet.samples * (m_plan.scattering ? 1 : 0);
+      tile.ambient_samples += packet.samples * (m_plan.ambient ? 1 : 0);
       tile.shadow.density_samples += packet.lookups;
+      tile.media_shadow_rays += packet.lookups;
     }
     const MarchResult& marched = packet.marched[i];
     const double passed = transmittance(marched.tau);

@@ -3,6 +3,10 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+
+#include "integrators/lighting.h"
+#include "lib/math/box.h"
 
 namespace pileus {
 namespace {
@@ -51,7 +55,11 @@ void MarchWorld::add_grid(const WorldMedium& medium) {
 
 void MarchWorld::add_suns() {
   kernel.lights = int(m_world.lights.size());
-  for (const auto& light : m_world.lights) m_suns.push_back(light->at(Vec3d(0.0)));
+  for (const auto& light : m_world.lights) {
+    m_suns.push_back(light->at(Vec3d(0.0)));
+    kernel.towards_suns.push_back(m_suns.back().wi);
+  }
+  kernel.enough_shadow = 40.0 / slowest_extinction(m_world);
   for (const WorldMedium& medium : m_world.media) {
     for (const Illumination& sun : m_suns) {
       const Rgb colour = medium.albedo * sun.irradiance;
@@ -129,6 +137,24 @@ double MarchWorld::exact_depth(size_t light, const Vec3d& p_world, FieldCounters
     if (!(medium.extinction > 0.0)) continue;
     tau +=
         medium.extinction * medium.density->column({p_world, m_suns[light].wi}, {0.0, kAll}, kAll, counters);
+  }
+  return tau;
+}
+
+double MarchWorld::stepped_depth(size_t light, const Vec3d& p_world, double step) const {
+  double tau = 0.0;
+  std::vector<double> rho;
+  FieldCounters counters;
+  for (const WorldMedium& medium : m_world.media) {
+    if (!(medium.extinction > 0.0)) continue;
+    const Ray ray{p_world, m_suns[light].wi};
+    const double dt = step / length(medium.density->index_from_world().direction(ray.d));
+    const Segment inside =
+        clip_to_box(ray, {0.0, std::numeric_limits<double>::infinity()}, medium.density->bounds());
+    if (inside.empty()) continue;
+    rho.resize(size_t(inside.t1 / dt) + 1);
+    medium.density->sample(ray, 0.5 * dt, dt, rho, counters);
+    tau += medium.extinction * dt * std::accumulate(rho.begin(), rho.end(), 0.0);
   }
   return tau;
 }

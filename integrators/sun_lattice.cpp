@@ -45,40 +45,39 @@ Affine lattice_from_local(const SunSweep& frame) {
       .inverse();
 }
 
-/// Linear interpolation lies above a convex function by h^2/12 of its second derivative on average. Node
-/// values lowered by as much, as their second differences tell it, leave errors of changing sign, which
-/// cancel along a view ray (Blu, Thevenaz, Unser 2004). What light meets at the edge of a cloud then becomes
-/// slightly negative: transmittance takes that as it is. More than slightly is the sign of a lattice too
-/// coarse to be corrected, and would brighten: there is a floor.
-constexpr float kMostLowered = 0.1f;
-
-std::unique_ptr<float[]> balance(const Vec3i& size, const float* tau) {
-  const size_t su = size_t(size.y) * size_t(size.z), sv = size_t(size.z);
-  auto balanced = std::make_unique_for_overwrite<float[]>(size_t(size.x) * su);
-  parallel_for(size_t(size.x), [&](size_t u) {
-    // The border lines are zeros, or go on as they are.
-    const ptrdiff_t before_u = u == 0 ? 0 : -ptrdiff_t(su),
-                    after_u = int(u) == size.x - 1 ? 0 : ptrdiff_t(su);
-    for (size_t v = 0; v < size_t(size.y); ++v) {
-      const ptrdiff_t before_v = v == 0 ? 0 : -ptrdiff_t(sv),
-                      after_v = int(v) == size.y - 1 ? 0 : ptrdiff_t(sv);
-      const float* line = tau + u * su + v * sv;
-      float* out = balanced.get() + u * su + v * sv;
-      const auto across = [&](size_t w) {
-        const float* at = line + w;
-        return (at[before_u] + at[after_u]) + (at[before_v] + at[after_v]) - 4.0f * at[0];
-      };
-      const size_t last = sv - 1;
-      const auto floored = [](float depth) { return std::max(depth, -kMostLowered); };
-      out[0] = floored(line[0] - (1.0f / 12.0f) * across(0));
-      for (size_t w = 1; w < last; ++w) {
-        out[w] =
-            floored(line[w] - (1.0f / 12.0f) * (across(w) + (line[w - 1] + line[w + 1] - 2.0f * line[w])));
-      }
-      out[last] = floored(line[last] - (1.0f / 12.0f) * across(last));
+/// Copies a row of lines, [v][w], and balances it: linear interpolation lies above a convex function by
+/// h^2/12 of its second derivative on average. Node values lowered by as much, as their second differences
+/// tell it, leave errors of changing sign, which cancel along a view ray (Blu, Thevenaz, Unser 2004). What
+/// light meets at the edge of a cloud then becomes slightly negative: transmittance takes that as it is. More
+/// than slightly is the sign of a lattice too coarse to be corrected, and would brighten: there is a floor.
+///   before, after: the rows beside it; the row itself at the lattice's ends, where lines are zeros
+void balance_row(const Vec3i& size, const float* before, const float* row, const float* after,
+                 float* balanced) {
+  constexpr float kMostLowered = 0.1f;
+  const ptrdiff_t line = size.z;
+  for (ptrdiff_t v = 0; v < size.y; ++v) {
+    const ptrdiff_t at = v * line, lower = v == 0 ? 0 : -line, upper = v == size.y - 1 ? 0 : line;
+    for (ptrdiff_t w = 0; w < line; ++w) {
+      const ptrdiff_t i = at + w, back = w == 0 ? 0 : -1, on = w == line - 1 ? 0 : 1;
+      const float across = (before[i] + after[i]) + (row[i + lower] + row[i + upper]) - 4.0f * row[i];
+      const float along = back != 0 && on != 0 ? row[i - 1] + row[i + 1] - 2.0f * row[i] : 0.0f;
+      balanced[i] = std::max(row[i] - (1.0f / 12.0f) * (across + along), -kMostLowered);
     }
-  });
-  return balanced;
+  }
+}
+
+/// Fills rows [u0, u1) of a lattice, and for that sweeps their neighbours too.
+void fill_rows(const SunSweep& frame, int u0, int u1, float* tau) {
+  const int first = std::max(u0 - 1, 0), end = std::min(u1 + 1, frame.size.x);
+  const size_t row = size_t(frame.size.y) * size_t(frame.size.z);
+  const auto swept = std::make_unique_for_overwrite<float[]>(size_t(end - first) * row);
+  sweep_sun_rows(frame, first, end, swept.get());
+  for (int u = u0; u < u1; ++u) {
+    const auto at = [&](int index) {
+      return swept.get() + size_t(std::clamp(index, first, end - 1) - first) * row;
+    };
+    balance_row(frame.size, at(u - 1), at(u), at(u + 1), tau + size_t(u) * row);
+  }
 }
 
 }  // namespace
@@ -95,9 +94,11 @@ SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, doubl
   lattice.lattice_from_world = lattice_from_local(frame) * grid.local_from_world;
   lattice.tau = std::make_unique_for_overwrite<float[]>(size_t(frame.size.x) * size_t(frame.size.y) *
                                                         size_t(frame.size.z));
-  parallel_for(size_t(frame.size.x),
-               [&](size_t u) { sweep_sun_rows(frame, int(u), int(u) + 1, lattice.tau.get()); });
-  lattice.tau = balance(lattice.size, lattice.tau.get());
+  constexpr int kRowsPerTask = 8;
+  parallel_for(size_t((frame.size.x + kRowsPerTask - 1) / kRowsPerTask), [&](size_t task) {
+    const int u0 = int(task) * kRowsPerTask;
+    fill_rows(frame, u0, std::min(u0 + kRowsPerTask, frame.size.x), lattice.tau.get());
+  });
   return lattice;
 }
 

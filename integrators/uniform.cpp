@@ -15,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "integrators/default_step.h"
 #include "integrators/lighting.h"
 #include "lib/core/error.h"
 #include "lib/core/param_table.h"
@@ -198,17 +199,6 @@ class UniformTile {
   DensityBatch m_view, m_shadow;
   std::vector<size_t> m_ambient;  ///< media in the light of a sky
 };
-
-/// Half the smallest feature of the media, or 1/256 of the smallest medium where nothing has features.
-double default_step(const World& world) {
-  double step = std::numeric_limits<double>::infinity();
-  for (const WorldMedium& medium : world.media) {
-    const double feature = medium.density->feature_size();
-    const double extent = length(medium.density->bounds().size());
-    step = std::min(step, std::isfinite(feature) ? 0.5 * feature : extent / 256.0);
-  }
-  return step;
-}
 
 template <bool kScatters, bool kEmits>
 class UniformTracer final : public Tracer {

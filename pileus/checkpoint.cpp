@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "lib/core/error.h"
+#include "lib/core/version.h"
 #include "lib/image/exr_io.h"
 
 namespace pileus {
@@ -13,6 +14,17 @@ constexpr const char* kErrorChannel = "checkpoint_error";
 constexpr const char* kFingerprint = "checkpointOf";
 
 }  // namespace
+
+std::string fingerprint_of(const Scene& scene, const Crop& crop) {
+  std::string text =
+      fmt::format("{} {:016x} {},{},{},{}", kVersion, scene.hash, crop.x0, crop.y0, crop.x1, crop.y1);
+  for (const std::filesystem::path& file : scene.files) {
+    std::error_code unknown;  // a file that cannot be looked at counts as size -1; reading it will complain
+    text += fmt::format(" {}:{}", std::filesystem::file_size(file, unknown),
+                        std::filesystem::last_write_time(file, unknown).time_since_epoch().count());
+  }
+  return text;
+}
 
 void save_checkpoint(const std::filesystem::path& file, const std::string& fingerprint, const Film& film,
                      const TileGrid& tiles) {

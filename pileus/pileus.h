@@ -35,7 +35,8 @@ struct Crop {
 struct RenderOptions {
   int threads = 0;                   ///< 0: all cores
   std::optional<Crop> crop;          ///< the picture then has the size of the crop
-  double time_limit = 0.0;           ///< [s]; > 0: the most accurate picture that the time allows
+  double time_limit = 0.0;           ///< [s]; > 0: the most accurate picture that the time allows, or the
+                                     ///< coarsest one, late, where it allows none
   std::filesystem::path checkpoint;  ///< where an interrupted render leaves its tiles, and a later one finds
                                      ///< them; remove it when the picture is saved
   /// Called with the share done, 0 .. 1, from one thread at a time: with 0 once the scene is built, then per
@@ -72,6 +73,9 @@ struct Rendering {
 
 /// Renders a scene. Pixels depend on the scene alone: not on threads, tiles, or a resumed checkpoint.
 Rendering render(const Scene& scene, const RenderOptions& options = {});
+
+/// What the scene's integrator would choose for it, and why, in sentences. Loads and builds the scene to find out.
+std::vector<std::string> explain_choices(const Scene& scene);
 
 /// Writes `.exr` (all planes) or `.png` (display picture), atomically.
 void save(const Rendering& rendering, const std::filesystem::path& file, bool half = false);

@@ -2,7 +2,9 @@
 #include <atomic>
 #include <chrono>
 #include <cmath>
+#include <limits>
 #include <mutex>
+#include <span>
 
 #include <sys/resource.h>
 #include <unistd.h>
@@ -11,6 +13,7 @@
 #include "lib/core/parallel.h"
 #include "lib/core/version.h"
 #include "lib/scene/world.h"
+#include "pileus/accuracy/power_law.h"
 #include "pileus/checkpoint.h"
 #include "pileus/film.h"
 #include "pileus/pileus.h"
@@ -53,7 +56,8 @@ class Pass {
         m_options(options),
         m_world(world),
         m_crop(crop),
-        m_tracer(scene.render.integrator->prepare(world, plan, {scene.render.tolerance, coarseness, scene.render.size})) {}
+        m_tracer(scene.render.integrator->prepare(world, plan,
+                                                  {scene.render.tolerance, coarseness, scene.render.size})) {}
 
   /// Renders the tiles that are not done yet. Returns false where it was stopped: `tiles` then says what is
   /// done.
@@ -86,7 +90,8 @@ class Pass {
     trace(rays, results, tile_counters, must_stop);
     const size_t rays_per_pixel = rays.size() / pixels.size();
     for (size_t i = 0; i < pixels.size(); ++i) {
-      film.set_pixel(pixels[i].x, pixels[i].y, std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
+      film.set_pixel(pixels[i].x, pixels[i].y,
+                     std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
     }
     finish_tile(index, tile_counters);
   }
@@ -155,18 +160,6 @@ void check_memory(const Crop& crop) {
   throw Error(ErrorKind::cancelled, SourceLoc{}, "interrupted");
 }
 
-/// What a checkpoint belongs to: the program, the scene, its files as they are now, and the crop.
-std::string fingerprint_of(const Scene& scene, const Crop& crop) {
-  std::string text =
-      fmt::format("{} {:016x} {},{},{},{}", kVersion, scene.hash, crop.x0, crop.y0, crop.x1, crop.y1);
-  for (const std::filesystem::path& file : scene.files) {
-    std::error_code unknown;  // a file that cannot be looked at counts as size -1; reading it will complain
-    text += fmt::format(" {}:{}", std::filesystem::file_size(file, unknown),
-                        std::filesystem::last_write_time(file, unknown).time_since_epoch().count());
-  }
-  return text;
-}
-
 /// Renders at full accuracy, from a checkpoint where there is one; leaves one behind where it is interrupted.
 void render_fully(Pass& pass, const RenderOptions& options, const std::string& fingerprint) {
   const bool has_checkpoint = !options.checkpoint.empty();
@@ -177,36 +170,75 @@ void render_fully(Pass& pass, const RenderOptions& options, const std::string& f
   }
 }
 
-/// Renders coarsely first, then finer and finer while the next pass is expected to fit into the time left.
+/// A limit that even the coarsest picture broke.
+void warn_if_late(double seconds, double limit, RenderReport& report) {
+  constexpr double kPunctual = 1.1;  // times the limit, and a moment for the rays that were under way
+  constexpr double kMoment = 0.1;    // [s]
+  if (seconds <= kPunctual * limit + kMoment) return;
+  report.warnings.push_back(fmt::format(
+      "{:g} s were too short even for the coarsest picture, which took {:.2f} s", limit, seconds));
+}
+
+/// What the passes of a render with a time limit have shown of its cost: what any pass takes, which the
+/// coarsest tells, and on top of that a power of the coarseness.
+class PassCosts {
+ public:
+  void add(double coarseness, double seconds) {
+    if (m_fixed == 0.0) m_fixed = seconds;
+    m_coarseness.push_back(coarseness);
+    m_seconds.push_back(std::max(seconds - m_fixed, kLeastShare * seconds));
+  }
+
+  /// The finest coarseness whose pass is expected to take `seconds` or less; infinite where none is.
+  double finest_within(double seconds) const {
+    constexpr double kFarthest = 16.0;  // times finer than the last: a law is trusted for a stretch only
+    const double last = m_coarseness.back();
+    if (!(seconds > m_fixed)) return std::numeric_limits<double>::infinity();
+    const double wanted = last * std::pow(m_seconds.back() / (seconds - m_fixed), 1.0 / growth());
+    return std::max({wanted, last / kFarthest, 1.0});
+  }
+
+ private:
+  static constexpr double kLeastShare = 0.02;  ///< of a pass that depends on the coarseness
+
+  /// p of cost ~ coarseness^-p: by the latest two passes, which are nearest to what comes.
+  double growth() const {
+    constexpr double kUnknown = 1.5, kLeast = 0.25, kMost = 2.5;
+    const size_t count = m_coarseness.size();
+    if (count < 3) return kUnknown;  // the first pass is all fixed cost
+    const auto law = fit_power_law(std::span(m_coarseness).last(2), std::span(m_seconds).last(2));
+    return law ? std::clamp(-law->exponent, kLeast, kMost) : kUnknown;
+  }
+
+  double m_fixed = 0.0;  ///< [s]
+  std::vector<double> m_coarseness, m_seconds;
+};
+
+/// Renders coarsely first, then as finely as the passes before say that the time left allows. The coarsest
+/// pass may overrun the limit: a late picture is better than none.
 std::unique_ptr<Pass> render_within(const std::function<std::unique_ptr<Pass>(double)>& make_pass,
                                     const RenderOptions& options, Clock::time_point start,
                                     double& coarseness) {
-  constexpr double kLadder[] = {256.0, 64.0, 16.0, 4.0, 1.0};
-  constexpr double kFirstGrowth = 2.0;  // assumed cost ratio of neighbouring rungs before two are measured
+  constexpr double kCoarsest = 4096.0;
+  constexpr double kReserve = 0.85;    // of the time left: predictions miss
+  constexpr double kWorthwhile = 1.2;  // times finer, or the picture at hand will do
+  const auto is_cancelled = [&] { return options.is_cancelled && options.is_cancelled(); };
+  const auto is_late = [&] { return is_cancelled() || seconds_since(start) > options.time_limit; };
   std::unique_ptr<Pass> best;
-  double previous = 0.0;
-  for (const double rung : kLadder) {
+  PassCosts costs;
+  for (double next = kCoarsest;;) {
     const Clock::time_point pass_start = Clock::now();
-    std::unique_ptr<Pass> pass = make_pass(rung);
-    const bool is_whole = pass->run([&] {
-      return seconds_since(start) > options.time_limit || (options.is_cancelled && options.is_cancelled());
-    });
-    if (options.is_cancelled && options.is_cancelled()) throw_cancelled();
-    if (!is_whole) break;
+    std::unique_ptr<Pass> pass = make_pass(next);
+    const bool is_whole = best ? pass->run(is_late) : pass->run(is_cancelled);
+    if (is_cancelled()) throw_cancelled();
+    if (!is_whole) return best;
     best = std::move(pass);
-    coarseness = rung;
-    const double cost = seconds_since(pass_start);
-    const double growth = previous > 0.0 ? std::max(1.0, cost / previous) : kFirstGrowth;
-    if (seconds_since(start) + growth * cost > options.time_limit) break;
-    previous = cost;
+    coarseness = next;
+    if (next == 1.0) return best;
+    costs.add(next, seconds_since(pass_start));
+    next = costs.finest_within(kReserve * (options.time_limit - seconds_since(start)));
+    if (next > 1.0 && next * kWorthwhile > coarseness) return best;
   }
-  if (!best) {
-    throw Error(
-        ErrorKind::failed, SourceLoc{},
-        fmt::format("{} s are too short even for the coarsest picture; allow more, or make it smaller",
-                    options.time_limit));
-  }
-  return best;
 }
 
 void count_bad_pixels(const Image& image, RenderReport& report) {
@@ -263,6 +295,7 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
     std::unique_ptr<Pass> pass;
     if (options.time_limit > 0.0) {
       pass = render_within(make_pass, options, start, report.coarseness);
+      warn_if_late(seconds_since(start), options.time_limit, report);
     } else {
       pass = make_pass(1.0);
       render_fully(*pass, options, fingerprint_of(scene, crop));
@@ -287,6 +320,13 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
   report.peak_memory_bytes = peak_memory_bytes();
   count_bad_pixels(rendering.image, report);
   return rendering;
+}
+
+std::vector<std::string> explain_choices(const Scene& scene) {
+  const EffectPlan plan = plan_effects(scene);
+  const World world = build_world(scene);
+  const Accuracy accuracy{scene.render.tolerance, 1.0, scene.render.size};
+  return scene.render.integrator->prepare(world, plan, accuracy)->choices();
 }
 
 void save(const Rendering& rendering, const std::filesystem::path& file, bool half) {

@@ -40,12 +40,8 @@ struct LinePath {
 };
 
 /// Densities of a grid, by way of the table of bricks.
-struct GridReader {
-  const float* values;
-  const int32_t* offsets;
-  int stride_x, stride_y;  ///< of the table
-  float last[3];           ///< largest position that still has a cell
-
+class GridReader {
+ public:
   explicit GridReader(const BrickPyramid& pyramid)
       : values(pyramid.grid().all_values().data()), offsets(pyramid.offsets().data()) {
     const Vec3i n = pyramid.levels().front().nodes;
@@ -57,26 +53,55 @@ struct GridReader {
   /// kClamp: where positions may lie far outside. Rounding alone never leaves the table's border of zeros.
   template <bool kClamp>
   HWY_INLINE V read(V x, V y, V z) const {
+    if constexpr (kClamp) clamp(x, y, z);
+    return interpolate(brick_of(x, y, z), x, y, z);
+  }
+
+  /// The same for positions of which many lie in empty bricks or outside.
+  HWY_INLINE V read_or_skip(V x, V y, V z) const {
     const D d;
     const DI di;
-    if constexpr (kClamp) {
-      x = hn::Max(hn::Zero(d), hn::Min(x, hn::Set(d, last[0])));
-      y = hn::Max(hn::Zero(d), hn::Min(y, hn::Set(d, last[1])));
-      z = hn::Max(hn::Zero(d), hn::Min(z, hn::Set(d, last[2])));
-    }
+    clamp(x, y, z);
+    const VI brick = brick_of(x, y, z);
+    if (hn::AllTrue(di, hn::Eq(brick, hn::Zero(di)))) return hn::Zero(d);
+    return interpolate(brick, x, y, z);
+  }
+
+ private:
+  HWY_INLINE void clamp(V& x, V& y, V& z) const {
+    const D d;
+    x = hn::Max(hn::Zero(d), hn::Min(x, hn::Set(d, last[0])));
+    y = hn::Max(hn::Zero(d), hn::Min(y, hn::Set(d, last[1])));
+    z = hn::Max(hn::Zero(d), hn::Min(z, hn::Set(d, last[2])));
+  }
+
+  /// Where the values of the bricks begin.
+  HWY_INLINE VI brick_of(V x, V y, V z) const {
+    const DI di;
+    const VI ix = hn::ShiftRight<3>(hn::ConvertTo(di, x)), iy = hn::ShiftRight<3>(hn::ConvertTo(di, y)),
+             iz = hn::ShiftRight<3>(hn::ConvertTo(di, z));
+    const VI index =
+        hn::Add(hn::Add(hn::Mul(ix, hn::Set(di, stride_x)), hn::Mul(iy, hn::Set(di, stride_y))), iz);
+    return hn::GatherIndex(di, offsets, index);
+  }
+
+  HWY_INLINE V interpolate(VI brick, V x, V y, V z) const {
+    const D d;
+    const DI di;
     const VI ix = hn::ConvertTo(di, x), iy = hn::ConvertTo(di, y), iz = hn::ConvertTo(di, z);
-    const VI brick = hn::Add(hn::Add(hn::Mul(hn::ShiftRight<3>(ix), hn::Set(di, stride_x)),
-                                     hn::Mul(hn::ShiftRight<3>(iy), hn::Set(di, stride_y))),
-                             hn::ShiftRight<3>(iz));
     const VI seven = hn::Set(di, 7);
     const VI cell = hn::Add(hn::Add(hn::Mul(hn::And(ix, seven), hn::Set(di, BrickGrid::kStrideX)),
                                     hn::Mul(hn::And(iy, seven), hn::Set(di, BrickGrid::kStrideY))),
                             hn::And(iz, seven));
-    const VI index = hn::Add(hn::GatherIndex(di, offsets, brick), cell);
-    return trilinear(d, values, index, BrickGrid::kStrideX, BrickGrid::kStrideY,
+    return trilinear(d, values, hn::Add(brick, cell), BrickGrid::kStrideX, BrickGrid::kStrideY,
                      hn::Sub(x, hn::ConvertTo(d, ix)), hn::Sub(y, hn::ConvertTo(d, iy)),
                      hn::Sub(z, hn::ConvertTo(d, iz)));
   }
+
+  const float* values;
+  const int32_t* offsets;
+  int stride_x, stride_y;  ///< of the table
+  float last[3];           ///< largest position that still has a cell
 };
 
 /// Optical depths of a lattice; positions beyond it count as its border.
@@ -194,7 +219,7 @@ class Marcher {
     m_job = &job;
     m_queued = 0;
     m_transmittance = 1.0;
-    m_samples = m_leaps = 0;
+    m_samples = m_lookups = m_leaps = 0;
     m_z_half = std::numeric_limits<double>::infinity();
     m_first = {m_z_half, m_z_half};
     m_has_met = false;
@@ -343,7 +368,7 @@ class Marcher {
       const V response = add_scattered(0, scattered, t);
       const MarchGrid& grid = m_scene.grids[0];
       const V lit = hn::MulAdd(rho, hn::Set(d, float(grid.glow)), hn::Mul(sigma, response));
-      add_error(lit, sigma, hn::Add(response, hn::Set(d, float(grid.glow_bound))), hn::Mul(before, dt));
+      add_error(lit, sigma, response, hn::Mul(before, dt));
     } else {
       composite_several(t_at, dt_at, t, dt);
     }
@@ -367,17 +392,16 @@ class Marcher {
     const V thin = hn::Set(d, 1e-12f);
     const V share = hn::IfThenElse(hn::Gt(tau, thin), hn::Div(opacity, hn::Max(tau, thin)), hn::Set(d, 1.0f));
     const V mean = hn::Mul(hn::Mul(before, share), dt);
-    V lit = hn::Zero(d);
+    V lit = hn::Zero(d), glow = hn::Zero(d);
     for (int g = 0; g < grids(); ++g) {
       const V rho = hn::LoadU(d, m_rhos.data() + size_t(g) * kLanes), column = hn::Mul(mean, rho);
       add_to(sums_of(g), column);
       const V extinction = hn::Set(d, m_extinctions[size_t(g)]);
       lit = hn::MulAdd(hn::Mul(rho, extinction), add_scattered(g, hn::Mul(column, extinction), t), lit);
-      lit = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[size_t(g)].glow)), lit);
+      glow = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[size_t(g)].glow)), glow);
     }
-    const V bright =
-        hn::Min(hn::Div(lit, hn::Max(sigma, hn::Set(d, 1e-30f))), hn::Set(d, float(m_job->brightest)));
-    add_error(lit, sigma, bright, hn::Mul(before, dt));
+    const V bright = hn::Div(lit, hn::Max(sigma, hn::Set(d, 1e-30f)));
+    add_error(hn::Add(lit, glow), sigma, bright, hn::Mul(before, dt));
   }
 
   HWY_INLINE V density(int grid, V t) const {
@@ -409,9 +433,9 @@ class Marcher {
     hn::StoreU(hn::Add(hn::LoadU(d, sum), value), d, sum);
   }
 
-  HWY_INLINE V sun_depth(int light, V t) const {
+  HWY_INLINE V sun_depth(int light, V t) {
     if constexpr (kGrids != 1) {
-      if (m_scene.shadow_rays) return traced_depth(light, t);
+      if (m_scene.shadow_step > 0.0) return traced_depth(light, t);
     }
     const size_t first = size_t(light) * size_t(grids());
     V sum = m_lattices[first].read(m_sun_paths[first], t);
@@ -421,17 +445,45 @@ class Marcher {
     return sum;
   }
 
-  V traced_depth(int light, V t) const {
+  /// Shadow rays of all lanes in step, through every grid.
+  V traced_depth(int light, V t) {
     const D d;
-    alignas(64) float at[kLanes], depth[kLanes];
-    hn::Store(t, d, at);
-    for (size_t i = 0; i < kLanes; ++i) {
-      const bool is_padding = i > 0 && at[i] == at[i - 1];
-      depth[i] = is_padding
-                     ? depth[i - 1]
-                     : float(m_scene.shadow_rays->depth(light, m_job->ray.at(m_t_base + double(at[i]))));
+    V sum = hn::Zero(d);
+    for (int g = 0; g < grids(); ++g) {
+      if (m_extinctions[size_t(g)] > 0.0f) sum = hn::Add(sum, traced_depth(light, g, t));
     }
-    return hn::Load(d, depth);
+    return sum;
+  }
+
+  V traced_depth(int light, int grid, V t) {
+    const D d;
+    const MarchGrid& scene = m_scene.grids[size_t(grid)];
+    const Vec3d towards = scene.local_from_world.direction(m_scene.towards_suns[size_t(light)]);
+    const double ds = m_scene.shadow_step / length(towards);  // [m]
+    V p[3], step[3];
+    V most = hn::Set(d, std::numeric_limits<float>::max());  // steps until a lane leaves the grid
+    for (int axis = 0; axis < 3; ++axis) {
+      const float per_step = float(towards[axis] * ds);
+      p[axis] = m_paths[size_t(grid)].at(axis, t);
+      step[axis] = hn::Set(d, per_step);
+      if (per_step == 0.0f) continue;
+      const V exit = hn::Set(d, float(per_step > 0.0f ? scene.bounds.max[axis] : scene.bounds.min[axis]));
+      most = hn::Min(most, hn::Div(hn::Sub(exit, p[axis]), step[axis]));
+    }
+    const float scale = float(scene.extinction * ds);
+    const V enough = hn::Set(d, float(m_scene.enough_shadow) / scale);
+    const int count = int(std::min(hn::GetLane(hn::MaxOfLanes(d, most)), 1e7f)) + 1;
+    V sum = hn::Zero(d);
+    int k = 0;
+    for (; k < count; ++k) {
+      const V at = hn::Set(d, float(k) + 0.5f);
+      sum = hn::Add(sum, m_grids[size_t(grid)].read_or_skip(hn::MulAdd(at, step[0], p[0]),
+                                                            hn::MulAdd(at, step[1], p[1]),
+                                                            hn::MulAdd(at, step[2], p[2])));
+      if (k % 8 == 7 && hn::AllTrue(d, hn::Ge(sum, enough))) break;
+    }
+    m_lookups += uint64_t(k) * kLanes;
+    return hn::Mul(sum, hn::Set(d, scale));
   }
 
   HWY_INLINE V response_of(int grid, int light, V tau) const {
@@ -523,7 +575,7 @@ class Marcher {
     result.first = m_first;
     result.z_half = m_z_half;
     result.samples = m_samples;
-    result.lookups = m_samples * uint64_t(lights());
+    result.lookups = m_scene.shadow_step > 0.0 ? m_lookups : m_samples * uint64_t(lights());
     result.leaps = m_leaps;
     const size_t count = m_grids.size() * sums_per_grid(m_scene);
     for (size_t i = 0; i < count; ++i) sums[i] = double(sum_of(m_accumulators.data() + i * kLanes));
@@ -561,7 +613,7 @@ class Marcher {
   bool m_has_met = false;  ///< some density
   float m_height0 = 0.0f, m_height1 = 0.0f;
   size_t m_queued = 0;
-  uint64_t m_samples = 0, m_leaps = 0;
+  uint64_t m_samples = 0, m_lookups = 0, m_leaps = 0;
   alignas(64) float m_tau[kLanes], m_error2[kLanes];
   alignas(64) float m_t[kQueue + kLanes], m_dt[kQueue + kLanes];
   alignas(64) float m_lit[kLanes + 2], m_sigma[kLanes + 2], m_bright[kLanes + 2], m_share[kLanes + 2];
@@ -579,7 +631,8 @@ void march_with(const MarchScene& scene, std::span<const MarchRay> rays, std::sp
 void march_rays_impl(const MarchScene& scene, std::span<const MarchRay> rays, std::span<MarchResult> results,
                      std::span<double> sums) {
   const bool is_plain = !scene.several_terms && !scene.height_light;
-  const bool is_simple = scene.grids.size() == 1 && scene.grids[0].extinction > 0.0 && !scene.shadow_rays;
+  const bool is_simple =
+      scene.grids.size() == 1 && scene.grids[0].extinction > 0.0 && !(scene.shadow_step > 0.0);
   if (!is_simple) return march_with<0, -1, false>(scene, rays, results, sums);
   if (!is_plain) return march_with<1, -1, false>(scene, rays, results, sums);
   if (scene.lights == 0) return march_with<1, 0, true>(scene, rays, results, sums);
@@ -628,7 +681,7 @@ void sweep_sun_rows_impl(const SunSweep& sweep, int u0, int u1, float* tau) {
     for (int v = 0; v < sweep.size.y; ++v) {
       const Vec3d start = sweep.origin + double(u) * sweep.eu + double(v) * sweep.ev;
       sweep_line(sweep, reader, start, pieces,
-                 tau + (size_t(u) * size_t(sweep.size.y) + size_t(v)) * size_t(sweep.size.z));
+                 tau + (size_t(u - u0) * size_t(sweep.size.y) + size_t(v)) * size_t(sweep.size.z));
     }
   }
 }

@@ -44,21 +44,16 @@ struct SunLattice {
   std::unique_ptr<float[]> tau;  ///< [u][v][w], w fastest
 };
 
-/// Optical depth towards a light, found anew for each sample: slow, and exact.
-class ShadowRays {
- public:
-  virtual ~ShadowRays() = default;
-  virtual double depth(int light, const Vec3d& p_world) const = 0;
-};
-
 struct MarchScene {
   std::vector<MarchGrid> grids;
   std::vector<SunLattice> lattices;  ///< [light][grid]
   int lights = 0;
-  bool several_terms = false;  ///< some grid has more than the plain term
-  bool height_light = false;   ///< some light varies with height: the sums of heights are wanted
-  bool is_leaping = true;      ///< false: every node counts as the densest and most varied of all
-  const ShadowRays* shadow_rays = nullptr;  ///< asked instead of the lattices where it is set
+  bool several_terms = false;       ///< some grid has more than the plain term
+  bool height_light = false;        ///< some light varies with height: the sums of heights are wanted
+  bool is_leaping = true;           ///< false: every node counts as the densest and most varied of all
+  std::vector<Vec3d> towards_suns;  ///< unit vectors, world
+  double shadow_step = 0.0;         ///< of shadow rays [cells]; 0: lattices are read instead
+  double enough_shadow = 0.0;       ///< optical depth at which shadow rays may end
 };
 
 /// What a ray asks for.
@@ -95,7 +90,7 @@ inline size_t sums_per_grid(const MarchScene& scene) {
 void march_rays(const MarchScene& scene, std::span<const MarchRay> rays, std::span<MarchResult> results,
                 std::span<double> sums);
 
-/// Fills rows [u0, u1) of a lattice: tau[u][v][w] for all v, w. `steps` samples are taken between
+/// Sums rows [u0, u1) of a lattice: tau[u - u0][v][w] for all v, w. `steps` samples are taken between
 /// neighbouring nodes.
 ///   index_at(u, v, w) = origin + u * eu + v * ev + w * ew, local to the grid
 struct SunSweep {

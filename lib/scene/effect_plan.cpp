@@ -42,8 +42,7 @@ constexpr AovInfo kAovs[] = {
 };
 
 std::set<std::string> parse_aovs(const std::string& list) {
-  std::vector<std::string> known;
-  for (const AovInfo& aov : kAovs) known.emplace_back(aov.name);
+  const std::vector<std::string> known = aov_names();
   std::set<std::string> chosen;
   std::istringstream names(list);
   for (std::string name; std::getline(names, name, ',');) {
@@ -72,6 +71,12 @@ bool add_effect(EffectPlan& plan, std::string name, const std::string& causes, c
 }
 
 }  // namespace
+
+std::vector<std::string> aov_names() {
+  std::vector<std::string> names;
+  for (const AovInfo& aov : kAovs) names.emplace_back(aov.name);
+  return names;
+}
 
 EffectPlan plan_effects(const Scene& scene) {
   EffectPlan plan;

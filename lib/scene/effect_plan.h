@@ -37,6 +37,9 @@ struct EffectPlan {
   std::vector<Effect> effects;  ///< all of the above with their reasons, in a fixed order
 };
 
+/// The planes that a picture can have: what scene.render.aovs may name.
+std::vector<std::string> aov_names();
+
 /// Derives the plan. Throws Error(scene) for an unknown name in scene.render.aovs.
 EffectPlan plan_effects(const Scene& scene);
 

@@ -95,13 +95,13 @@ TEST_F(Listing, files_that_are_no_plugin_library_are_refused) {
 
 TEST_F(Listing, explain_tells_what_is_on_and_why) {
   const std::string text = output({"explain", write("scene.toml", kSmallScene)});
-  EXPECT_EQ(text.find("scene.toml: 24 x 16 pixels, integrator exact, tolerance 0.002\n\nwill be simulated\n"),
+  EXPECT_EQ(text.find("scene.toml: 24 x 16 pixels, integrator march, tolerance 0.002\n\nwill be simulated\n"),
             0u);
   EXPECT_NE(text.find("  scattering           lit volumes that scatter: ball\n"), std::string::npos) << text;
   EXPECT_NE(text.find("will not be simulated, and costs nothing\n"), std::string::npos);
 
   const Json json = Json::parse(output({"explain", "scene.toml", "--json", "--aov", "Z"}));
-  EXPECT_EQ(json.at("integrator"), "exact");
+  EXPECT_EQ(json.at("integrator"), "march");
   EXPECT_EQ(json.at("effects").at("anisotropic_phase").at("on"), true);
   EXPECT_EQ(json.at("effects").at("surfaces").at("reason"), "the scene has no object");
   EXPECT_EQ(json.at("effects").at("aov_Z").at("on"), true);

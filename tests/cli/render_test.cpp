@@ -51,7 +51,7 @@ TEST_F(Render, the_report_has_every_figure) {
     }
   }
   EXPECT_TRUE(report.at("error_bound").contains("max") && report.at("error_bound").contains("mean"));
-  EXPECT_EQ(report.at("integrator"), "exact");
+  EXPECT_EQ(report.at("integrator"), "march");
   EXPECT_EQ(report.at("threads"), 2);
   EXPECT_EQ(report.at("pixels"), 24 * 16);
   EXPECT_EQ(report.at("rays"), 24 * 16);

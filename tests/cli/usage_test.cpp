@@ -28,7 +28,7 @@ TEST_F(Usage, help_and_version_are_no_errors) {
     EXPECT_EQ(outcome.err, "");
     EXPECT_NE(outcome.out.find("Examples:"), std::string::npos);
   }
-  for (const char* command : {"render", "cloud", "info", "explain", "diff", "plugins"}) {
+  for (const char* command : {"render", "cloud", "info", "explain", "accuracy", "diff", "plugins"}) {
     const ProgramOutcome outcome = run({command, "--help"});
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_NE(outcome.out.find("Examples:"), std::string::npos) << command;
@@ -40,7 +40,7 @@ TEST_F(Usage, a_command_and_its_input_are_needed) {
   const ProgramOutcome none = run({});
   EXPECT_EQ(none.exit_code, 2);
   EXPECT_EQ(none.err.find("A subcommand is required\n"), 0u) << none.err;
-  for (const char* command : {"render", "explain", "cloud", "info", "diff"}) {
+  for (const char* command : {"render", "explain", "cloud", "info", "accuracy", "diff"}) {
     EXPECT_EQ(run({command}).exit_code, 2) << command;
   }
 }

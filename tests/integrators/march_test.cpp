@@ -82,12 +82,14 @@ TEST_P(MarchAgainstExact, stays_within_its_tolerance_and_knows_its_error) {
       if (expected[i].transmittance > 0.9999999 && error[i] < 1e-9) continue;
       ++known;
       honest += got[i].error + 2e-5 >= error[i];
+      EXPECT_LE(error[i], 10.0 * got[i].error + 0.1 * tolerance) << m_name << ", " << what << ", ray " << i;
       reported.push_back(got[i].error);
       true_errors.push_back(error[i]);
     }
     if (known == 0) continue;
-    EXPECT_GE(double(honest), 0.95 * double(known)) << m_name << ", " << what;
-    EXPECT_LE(median(reported), 30.0 * median(true_errors) + 0.03 * tolerance)
+    // An estimate, no bound: right for nearly all rays of most scenes, for most rays of every scene.
+    EXPECT_GE(double(honest), 0.75 * double(known)) << m_name << ", " << what;
+    EXPECT_LE(median(reported), 50.0 * median(true_errors) + 0.03 * tolerance)
         << m_name << ", " << what << ": median error " << median(true_errors);
     RecordProperty(fmt::format("honest_at_{}", tolerance),
                    fmt::format("{:.3f}", double(honest) / double(known)));

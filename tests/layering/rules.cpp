@@ -58,6 +58,7 @@ const std::vector<Library> kLibraries = {
     {"Embree", std::regex("embree[0-9]/.*"), {"lib/geom"}},
     {"Highway", std::regex("hwy/.*"), {"lib/simd", "integrators/kernels", "tests"}},
     {"GDAL", std::regex("gdal.*"), {"lib/terrain"}},
+    {"ctemplate", std::regex("ctemplate/.*"), {"apps"}},
     {"CLI11", std::regex("CLI/.*"), {"apps", "tests"}},
     {"pybind11", std::regex("pybind11/.*"), {"python"}},
     {"nlohmann/json", std::regex("nlohmann/.*"), {"lib", "vdb_io", "pileus", "apps", "bench", "tests"}},

@@ -1,0 +1,28 @@
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "integrators/march_scene.h"
+
+namespace pileus {
+
+/// How the march finds out how much of each sun reaches a point.
+struct SunlightChoice {
+  double spacing = 0.0;  ///< of the lattices' nodes [cells]; 0: shadow rays
+  double step = 0.0;     ///< of shadow rays [cells]; 0: lattices
+  double error = 0.0;    ///< estimated effect on a pixel of opacity 1 [radiance]
+  std::string reason;    ///< for people
+};
+
+/// Fills march.kernel.lattices, or sets its shadow_step, so that the effect on a pixel is estimated to stay
+/// below `tolerance`. Lattices cost a hundredth of shadow rays, so they are taken wherever `most_bytes`
+/// suffice for them.
+///
+/// The error is measured, not guessed: along a few camera rays, at the points where most light comes from,
+/// optical depths are compared with the exact ones. It falls with the square of the spacing, which gives the
+/// spacing that is needed; the lattices built with it are compared once more.
+SunlightChoice choose_sunlight(const World& world, const Vec2i& picture, double tolerance, double most_bytes,
+                               MarchWorld& march);
+
+}  // namespace pileus
