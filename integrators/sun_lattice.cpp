@@ -90,8 +90,7 @@ SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, doubl
   SunLattice lattice;
   lattice.size = frame.size;
   lattice.lattice_from_world = lattice_from_local(frame) * grid.local_from_world;
-  lattice.tau = std::make_unique_for_overwrite<float[]>(size_t(frame.size.x) * size_t(frame.size.y) *
-                                                        size_t(frame.size.z));
+  lattice.tau = make_large_array<float>(size_t(frame.size.x) * size_t(frame.size.y) * size_t(frame.size.z));
   constexpr int kRowsPerTask = 8;
   parallel_for(size_t((frame.size.x + kRowsPerTask - 1) / kRowsPerTask), [&](size_t task) {
     const int u0 = int(task) * kRowsPerTask;

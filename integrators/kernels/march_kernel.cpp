@@ -182,6 +182,71 @@ class GridWalk {
   double m_extinction, m_voxel;
 };
 
+/// Moves lanes up by 1, 2, 4, ... places; what enters below comes from elsewhere. Everything stays in
+/// registers: a vector stored and loaded again at another offset would wait for the store to reach the cache.
+class LaneShifter {
+ public:
+  LaneShifter() {
+    for (size_t k = 0; k < kSteps; ++k) {
+      for (size_t i = 0; i < kLanes; ++i) m_from[k][i] = int32_t((i + kLanes - (size_t(1) << k)) % kLanes);
+    }
+  }
+
+  /// Lane i of v goes to lane i + 2^k; the last ones come round to the front.
+  HWY_INLINE V rotate(V v, size_t k) const {
+    const D d;
+    const DI di;
+    return hn::TableLookupLanes(v, hn::IndicesFromVec(d, hn::Load(di, m_from[k])));
+  }
+
+  /// The same, with the front lanes taken from another rotated vector.
+  HWY_INLINE V shift(V rotated, V front, size_t k) const {
+    const D d;
+    return hn::IfThenElse(hn::FirstN(d, size_t(1) << k), front, rotated);
+  }
+
+  /// Product of all lanes up to and including each.
+  HWY_INLINE V running_product(V v) const {
+    const D d;
+    const V one = hn::Set(d, 1.0f);
+    for (size_t k = 0; (size_t(1) << k) < kLanes; ++k) v = hn::Mul(v, shift(rotate(v, k), one, k));
+    return v;
+  }
+
+ private:
+  static constexpr size_t kSteps = 4;
+  alignas(64) int32_t m_from[kSteps][kLanes];
+};
+
+/// Neighbouring samples of a quantity along a ray, across vectors.
+class SampleHistory {
+ public:
+  void reset() {
+    const D d;
+    hn::Store(hn::Zero(d), d, m_rotated1);
+    hn::Store(hn::Zero(d), d, m_rotated2);
+  }
+
+  /// The samples before those of v, and those before them.
+  HWY_INLINE void push(const LaneShifter& lanes, V v, V& before1, V& before2) {
+    const D d;
+    const V r1 = lanes.rotate(v, 0), r2 = lanes.rotate(v, 1);
+    before1 = lanes.shift(r1, hn::Load(d, m_rotated1), 0);
+    before2 = lanes.shift(r2, hn::Load(d, m_rotated2), 1);
+    hn::Store(r1, d, m_rotated1);
+    hn::Store(r2, d, m_rotated2);
+  }
+  HWY_INLINE V push(const LaneShifter& lanes, V v) {
+    const D d;
+    const V r1 = lanes.rotate(v, 0), before = lanes.shift(r1, hn::Load(d, m_rotated1), 0);
+    hn::Store(r1, d, m_rotated1);
+    return before;
+  }
+
+ private:
+  alignas(64) float m_rotated1[kLanes], m_rotated2[kLanes];
+};
+
 /// Marches one ray after the other.
 ///   kGrids:  1, with extinction; or 0: any
 ///   kLights: 0 or 1; or -1: any
@@ -224,7 +289,7 @@ class Marcher {
     hn::Store(hn::Zero(d), d, m_tau);
     hn::Store(hn::Zero(d), d, m_error2);
     std::fill(m_accumulators.begin(), m_accumulators.end(), 0.0f);
-    for (float* history : {m_lit, m_sigma, m_bright, m_share}) std::fill_n(history, 2, 0.0f);
+    for (SampleHistory* history : {&m_lit, &m_sigma, &m_bright, &m_weight}) history->reset();
     m_is_placed = false;
   }
 
@@ -483,26 +548,24 @@ class Marcher {
     }
   }
 
-  /// Transmittance in front of each lane. The chain is scalar and in double: it waits only for the opacities,
-  /// while the gathers of the next vector already run, and it does not drift over many thin steps (METHODS
-  /// §1.4).
+  /// Transmittance in front of each lane. Over a vector the product of floats is good to a few ulp; from
+  /// vector to vector it goes on in double (METHODS §1.4).
   HWY_INLINE V transmittance_before(V opacity, const float* t) {
     const D d;
-    alignas(64) float step[kLanes], before[kLanes];
-    hn::Store(opacity, d, step);
-    double transmittance = m_transmittance;
-    for (size_t i = 0; i < kLanes; ++i) {
-      before[i] = float(transmittance);
-      transmittance -= transmittance * double(step[i]);
-    }
-    if (m_transmittance >= 0.5 && transmittance < 0.5) find_half(before, t);
-    m_transmittance = transmittance;
-    return hn::Load(d, before);
+    const V passed = m_lanes.rotate(m_lanes.running_product(hn::Sub(hn::Set(d, 1.0f), opacity)), 0);
+    const V before = hn::Mul(hn::Set(d, float(m_transmittance)), m_lanes.shift(passed, hn::Set(d, 1.0f), 0));
+    const double after = m_transmittance * double(hn::GetLane(passed));
+    if (m_transmittance >= 0.5 && after < 0.5) find_half(before, t);
+    m_transmittance = after;
+    return before;
   }
 
-  void find_half(const float* before, const float* t) {
+  void find_half(V before, const float* t) {
+    const D d;
+    alignas(64) float passed[kLanes];
+    hn::Store(before, d, passed);
     size_t i = kLanes - 1;
-    while (i > 0 && before[i] < 0.5f) --i;
+    while (i > 0 && passed[i] < 0.5f) --i;
     m_z_half = m_t_base + double(t[i]);
   }
 
@@ -511,23 +574,18 @@ class Marcher {
   /// density. Errors of different steps are added like independent ones.
   HWY_INLINE void add_error(V lit, V sigma, V bright, V weight) {
     const D d;
-    hn::StoreU(lit, d, m_lit + 2);
-    hn::StoreU(sigma, d, m_sigma + 2);
-    hn::StoreU(hn::Max(bright, hn::Set(d, float(m_job->behind))), d, m_bright + 2);
-    hn::StoreU(weight, d, m_share + 2);
-    const V e_lit = second_difference(m_lit), e_sigma = second_difference(m_sigma);
-    const V e = hn::Mul(hn::LoadU(d, m_share + 1), hn::MulAdd(hn::LoadU(d, m_bright + 1), e_sigma, e_lit));
+    const V brightest = hn::Max(bright, hn::Set(d, float(m_job->behind)));
+    const V e_lit = second_difference(m_lit, lit), e_sigma = second_difference(m_sigma, sigma);
+    const V e = hn::Mul(m_weight.push(m_lanes, weight),
+                        hn::MulAdd(m_bright.push(m_lanes, brightest), e_sigma, e_lit));
     hn::Store(hn::MulAdd(e, e, hn::Load(d, m_error2)), d, m_error2);
-    for (float* history : {m_lit, m_sigma, m_bright, m_share}) {
-      history[0] = history[kLanes];
-      history[1] = history[kLanes + 1];
-    }
   }
 
-  static HWY_INLINE V second_difference(const float* values) {
-    const D d;
-    const V middle = hn::LoadU(d, values + 1);
-    return hn::Abs(hn::Sub(hn::Add(hn::LoadU(d, values), hn::LoadU(d, values + 2)), hn::Add(middle, middle)));
+  /// Of the sample before each lane and its two neighbours.
+  HWY_INLINE V second_difference(SampleHistory& history, V now) const {
+    V middle, first;
+    history.push(m_lanes, now, middle, first);
+    return hn::Abs(hn::Sub(hn::Add(first, now), hn::Add(middle, middle)));
   }
 
   void finish(MarchResult& result, double* sums) {
@@ -543,7 +601,7 @@ class Marcher {
     const size_t count = m_grids.size() * sums_per_grid(m_scene);
     for (size_t i = 0; i < count; ++i) sums[i] = double(sum_of(m_accumulators.data() + i * kLanes));
     // A grid alone scatters all that does not pass.
-    if constexpr (kGrids == 1) sums[0] = (1.0 - m_transmittance) / m_scene.grids[0].extinction;
+    if constexpr (kGrids == 1) sums[0] = -std::expm1(-result.tau) / m_scene.grids[0].extinction;
   }
 
   /// The last samples, with steps of length 0 behind them.
@@ -577,7 +635,8 @@ class Marcher {
   uint64_t m_samples = 0, m_lookups = 0, m_leaps = 0;
   alignas(64) float m_tau[kLanes], m_error2[kLanes];
   alignas(64) float m_t[kQueue + kLanes], m_dt[kQueue + kLanes];
-  alignas(64) float m_lit[kLanes + 2], m_sigma[kLanes + 2], m_bright[kLanes + 2], m_share[kLanes + 2];
+  LaneShifter m_lanes;
+  SampleHistory m_lit, m_sigma, m_bright, m_weight;
 };
 
 template <int kGrids, int kLights, bool kPlain>
@@ -619,12 +678,14 @@ void sweep_line(const SunSweep& sweep, const GridReader& reader, const Vec3d& st
     if (stretch.range.hi == 0.0f) continue;
     const int first = std::max(done, int(stretch.t0 * sweep.steps - 0.5)),
               last = std::min(count, int(stretch.t1 * sweep.steps + 0.5));
-    for (int k = first; k < last; k += int(kLanes)) {
+    // A whole vector may reach beyond the stretch: what it reads there is right, too.
+    int k = first;
+    for (; k < last; k += int(kLanes)) {
       const V w = hn::Mul(hn::Add(hn::Iota(d, 0.5f), hn::Set(d, float(k))), per_step);
       const V rho = reader.template read<true>(path.at(0, w), path.at(1, w), path.at(2, w));
       hn::StoreU(hn::Mul(rho, hn::Set(d, scale)), d, pieces.data() + k);
     }
-    done = std::max(done, last);
+    done = std::max(done, std::min(k, count));
   }
   std::fill(pieces.begin() + done, pieces.end(), 0.0f);
   float sum = 0.0f;
