@@ -20,7 +20,7 @@ SunSweep frame_of(const MarchGrid& grid, const Vec3d& wi_world, double spacing) 
   sweep.grid = &grid;
   sweep.ew = towards * (spacing / std::abs(towards[axis]));
   sweep.length = spacing / std::abs(towards[axis]);
-  sweep.steps = std::max(1, int(std::lround(spacing)));
+  sweep.steps = std::max(1, int(0.75 * spacing + 0.25));
   const Box3d& box = grid.bounds;
   const double slices = std::ceil((box.max[axis] - box.min[axis]) / spacing);
   sweep.size.z = int(slices) + 1;

@@ -145,17 +145,53 @@ Segment clip_to_bounds(const Box3d& box, const Ray& ray, Segment segment) {
   return segment;
 }
 
+Ray local_ray(const MarchGrid& grid, const Ray& ray) {
+  return {grid.local_from_world.point(ray.o), grid.local_from_world.direction(ray.d)};
+}
+
+/// All rays of a tile at once: intervals that hold their origins and directions.
+class Beam {
+ public:
+  Beam(const MarchGrid& grid, std::span<const MarchRay> rays) {
+    for (const MarchRay& job : rays) {
+      const Ray ray = local_ray(grid, job.ray);
+      m_o.extendBy(ray.o);
+      m_d.extendBy(ray.d);
+    }
+  }
+
+  /// True where no ray can meet the box: interval arithmetic on the slabs. Axes along which rays go either
+  /// way say nothing.
+  bool misses(const Box3d& box) const {
+    double enter = 0.0, leave = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(m_d.min[axis] > 0.0 || m_d.max[axis] < 0.0)) continue;
+      const bool is_up = m_d.min[axis] > 0.0;
+      const double near = is_up ? box.min[axis] - m_o.max[axis] : m_o.min[axis] - box.max[axis];
+      const double far = is_up ? box.max[axis] - m_o.min[axis] : m_o.max[axis] - box.min[axis];
+      const double slowest = is_up ? m_d.min[axis] : -m_d.max[axis],
+                   fastest = is_up ? m_d.max[axis] : -m_d.min[axis];
+      if (far < 0.0) return true;
+      enter = std::max(enter, near / fastest);
+      leave = std::min(leave, far / slowest);
+    }
+    return enter > leave * (1.0 + 1e-12);
+  }
+
+ private:
+  Box3d m_o, m_d;
+};
+
 /// The stretches of one grid along a ray.
 class GridWalk {
  public:
+  /// ray: local; segment: inside the grid's bounds
   GridWalk(const MarchGrid& grid, const Ray& ray, const Segment& segment)
-      : m_ray({grid.local_from_world.point(ray.o), grid.local_from_world.direction(ray.d)}),
-        m_segment(clip_to_bounds(grid.bounds, m_ray, segment)),
-        m_walker(*grid.pyramid, m_ray, m_segment),
+      : m_walker(*grid.pyramid, ray, segment),
         m_whole(grid.pyramid->levels().back().ranges[0]),
         m_extinction(grid.extinction),
-        m_voxel(1.0 / length(m_ray.d)) {
-    if (!m_segment.empty()) now.t0 = now.t1 = m_segment.t0;
+        m_voxel(1.0 / length(ray.d)) {
+    if (!segment.empty()) now.t0 = now.t1 = segment.t0;
   }
 
   bool next() { return m_walker.next(now); }
@@ -175,8 +211,6 @@ class GridWalk {
       std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), {}};
 
  private:
-  Ray m_ray;
-  Segment m_segment;
   NodeWalker m_walker;
   ValueRange m_whole;
   double m_extinction, m_voxel;
@@ -267,11 +301,24 @@ class Marcher {
   void march(const MarchRay& job, MarchResult& result, double* sums) {
     begin(job);
     if constexpr (kGrids == 1) {
-      walk_one(job);
+      const MarchGrid& grid = m_scene.grids[0];
+      const Ray local = local_ray(grid, job.ray);
+      const Segment inside = clip_to_bounds(grid.bounds, local, job.segment);
+      if (inside.empty()) return miss(result, sums);
+      clear_sums();
+      walk_one(GridWalk(grid, local, inside));
     } else {
+      clear_sums();
       walk_all(job);
     }
     finish(result, sums);
+  }
+
+  /// The answer for a ray that meets nothing.
+  void miss(MarchResult& result, double* sums) const {
+    result = {};
+    result.z_first = result.z_half = std::numeric_limits<double>::infinity();
+    std::fill_n(sums, m_scene.grids.size() * sums_per_grid(m_scene), 0.0);
   }
 
  private:
@@ -285,12 +332,15 @@ class Marcher {
     m_transmittance = 1.0;
     m_samples = m_lookups = m_leaps = 0;
     m_z_first = m_z_half = std::numeric_limits<double>::infinity();
+    m_is_placed = false;
+  }
+
+  void clear_sums() {
     const D d;
     hn::Store(hn::Zero(d), d, m_tau);
     hn::Store(hn::Zero(d), d, m_error2);
     std::fill(m_accumulators.begin(), m_accumulators.end(), 0.0f);
     for (SampleHistory* history : {&m_lit, &m_sigma, &m_bright, &m_weight}) history->reset();
-    m_is_placed = false;
   }
 
   /// Kernel positions are counted from the entry of the first medium: floats then suffice.
@@ -311,8 +361,7 @@ class Marcher {
     m_height1 = float(m_job->height1);
   }
 
-  void walk_one(const MarchRay& job) {
-    GridWalk walk(m_scene.grids[0], job.ray, job.segment);
+  void walk_one(GridWalk walk) {
     const double extinction = walk.extinction();
     while (walk.next()) {
       const ValueRange& range = m_scene.is_leaping ? walk.now.range : walk.whole();
@@ -332,7 +381,8 @@ class Marcher {
     std::vector<GridWalk> walks;
     double t = kNever;
     for (const MarchGrid& grid : m_scene.grids) {
-      walks.emplace_back(grid, job.ray, job.segment);
+      const Ray local = local_ray(grid, job.ray);
+      walks.emplace_back(grid, local, clip_to_bounds(grid.bounds, local, job.segment));
       t = std::min(t, walks.back().now.t0);
     }
     while (t < kNever) {
@@ -401,9 +451,11 @@ class Marcher {
         return false;
       }
     }
-    hn::StoreU(hn::LoadU(d, m_t + done), d, m_t);
-    hn::StoreU(hn::LoadU(d, m_dt + done), d, m_dt);
-    m_queued -= done;
+    if (done > 0) {
+      hn::StoreU(hn::LoadU(d, m_t + done), d, m_t);
+      hn::StoreU(hn::LoadU(d, m_dt + done), d, m_dt);
+      m_queued -= done;
+    }
     return true;
   }
 
@@ -613,9 +665,8 @@ class Marcher {
   }
 
   static float sum_of(const float* lanes) {
-    float sum = 0.0f;
-    for (size_t i = 0; i < kLanes; ++i) sum += lanes[i];
-    return sum;
+    const D d;
+    return hn::GetLane(hn::SumOfLanes(d, hn::LoadU(d, lanes)));
   }
 
   static constexpr size_t kQueue = 256;
@@ -644,7 +695,13 @@ void march_with(const MarchScene& scene, std::span<const MarchRay> rays, std::sp
                 std::span<double> sums) {
   Marcher<kGrids, kLights, kPlain> marcher(scene);
   const size_t stride = scene.grids.size() * sums_per_grid(scene);
-  for (size_t i = 0; i < rays.size(); ++i) marcher.march(rays[i], results[i], sums.data() + i * stride);
+  const bool misses_all = std::all_of(scene.grids.begin(), scene.grids.end(), [&](const MarchGrid& grid) {
+    return Beam(grid, rays).misses(grid.bounds);
+  });
+  for (size_t i = 0; i < rays.size(); ++i) {
+    double* const own = sums.data() + i * stride;
+    misses_all ? marcher.miss(results[i], own) : marcher.march(rays[i], results[i], own);
+  }
 }
 
 /// Chooses the loop that has what the scene calls for and no more.
@@ -686,6 +743,10 @@ void sweep_line(const SunSweep& sweep, const GridReader& reader, const Vec3d& st
       hn::StoreU(hn::Mul(rho, hn::Set(d, scale)), d, pieces.data() + k);
     }
     done = std::max(done, std::min(k, count));
+  }
+  if (done == 0) {
+    std::fill_n(tau, nodes, 0.0f);
+    return;
   }
   std::fill(pieces.begin() + done, pieces.end(), 0.0f);
   float sum = 0.0f;
