@@ -136,7 +136,7 @@ void RenderCommand::run() {
   std::error_code none_there;
   if (resume) std::filesystem::remove(options.checkpoint, none_there);  // only now is it of no use any more
   auto& seconds = rendering.report.seconds;
-  seconds["load"] = load_seconds;
+  seconds["load"] += load_seconds;
   seconds["write"] = seconds_since(write_start);
   seconds["wall"] = seconds_since(start);
   if (!report.empty()) write_text(report, to_json(rendering.report));

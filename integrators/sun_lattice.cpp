@@ -20,7 +20,7 @@ SunSweep frame_of(const MarchGrid& grid, const Vec3d& wi_world, double spacing) 
   sweep.grid = &grid;
   sweep.ew = towards * (spacing / std::abs(towards[axis]));
   sweep.length = spacing / std::abs(towards[axis]);
-  sweep.steps = std::max(1, int(std::lround(spacing)));
+  sweep.steps = std::max(1, int(0.75 * spacing + 0.25));
   const Box3d& box = grid.bounds;
   const double slices = std::max(1.0, std::ceil((box.max[axis] - box.min[axis]) / spacing));
   sweep.size.z = int(slices) + 1;
@@ -92,8 +92,7 @@ SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, doubl
   SunLattice lattice;
   lattice.size = frame.size;
   lattice.lattice_from_world = lattice_from_local(frame) * grid.local_from_world;
-  lattice.tau = std::make_unique_for_overwrite<float[]>(size_t(frame.size.x) * size_t(frame.size.y) *
-                                                        size_t(frame.size.z));
+  lattice.tau = make_large_array<float>(size_t(frame.size.x) * size_t(frame.size.y) * size_t(frame.size.z));
   constexpr int kRowsPerTask = 8;
   parallel_for(size_t((frame.size.x + kRowsPerTask - 1) / kRowsPerTask), [&](size_t task) {
     const int u0 = int(task) * kRowsPerTask;

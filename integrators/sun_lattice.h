@@ -16,7 +16,7 @@ namespace pileus {
 double sun_lattice_nodes(const MarchGrid& grid, const Vec3d& wi_world, double spacing);
 
 /// The lattice of a grid for light from wi_world. Uses parallel_for.
-///   spacing: of the nodes [cells]; between nodes lies about one sample per cell
+///   spacing: of the nodes [cells]; between nodes lie about three samples per four cells
 SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, double spacing);
 
 /// The lattice's optical depth at a point: the kernels' interpolation, in double.

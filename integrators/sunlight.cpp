@@ -149,6 +149,7 @@ bool try_lattices(const std::vector<PilotRay>& pilots, double tolerance, double 
                   SunlightChoice& choice) {
   constexpr double kFirst = 4.0, kCoarsest = 8.0, kFinest = 0.1;  // spacings [cells]
   constexpr int kRounds = 3;
+  constexpr double kCaution = 0.85;  // a third lattice costs more than one that is a little too fine
   choice.spacing = kFirst;
   for (int round = 0; round < kRounds; ++round) {
     const double bytes = bytes_of(march, choice.spacing);
@@ -157,7 +158,7 @@ bool try_lattices(const std::vector<PilotRay>& pilots, double tolerance, double 
     choice.error =
         measured_error(pilots, march, [&](size_t l, const Vec3d& p) { return lattice_depth(march, l, p); });
     const double ratio = std::sqrt(tolerance / std::max(choice.error, 1e-30));
-    const double needed = std::clamp(0.95 * choice.spacing * ratio, kFinest, kCoarsest);
+    const double needed = std::clamp(kCaution * choice.spacing * ratio, kFinest, kCoarsest);
     if (choice.error <= tolerance && (needed < 1.5 * choice.spacing || round > 0)) {
       choice.reason =
           fmt::format("optical depth on lattices of {:.2g} voxels, {:.1f} MB: estimated error {:.2g}",

@@ -284,8 +284,11 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
 
   with_threads(options.threads, [&] {
     report.threads = thread_count();
-    const World world = build_world(scene);
-    report.seconds["build"] = seconds_since(start);
+    LoadedVolumes loaded = load_volumes(scene);
+    report.seconds["load"] = seconds_since(start);
+    const Clock::time_point build_start = Clock::now();
+    const World world = build_world(scene, std::move(loaded));
+    report.seconds["build"] = seconds_since(build_start);
 
     if (options.progress) options.progress(0.0);
     const Clock::time_point render_start = Clock::now();

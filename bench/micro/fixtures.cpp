@@ -46,8 +46,11 @@ std::vector<Ray> camera_rays(const Box3d& box, int pixels) {
   const Vec3d right = normalize(cross(forward, Vec3d(0.0, 1.0, 0.0)));
   const Vec3d up = cross(right, forward);
   std::vector<Ray> rays;
-  for (int y = 0; y < pixels; ++y) {
-    for (int x = 0; x < pixels; ++x) {
+  constexpr int kTile = 16;
+  for (int i = 0; i < pixels * pixels; ++i) {
+    {
+      const int tile = i / (kTile * kTile), inner = i % (kTile * kTile), tiles = pixels / kTile;
+      const int x = tile % tiles * kTile + inner % kTile, y = tile / tiles * kTile + inner / kTile;
       const double u = 0.35 * (2.0 * (x + 0.5) / pixels - 1.0), v = 0.35 * (1.0 - 2.0 * (y + 0.5) / pixels);
       rays.push_back({eye, normalize(forward + u * right + v * up)});
     }

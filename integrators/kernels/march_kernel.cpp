@@ -146,17 +146,53 @@ Segment clip_to_bounds(const Box3d& box, const Ray& ray, Segment segment) {
   return segment;
 }
 
+Ray local_ray(const MarchGrid& grid, const Ray& ray) {
+  return {grid.local_from_world.point(ray.o), grid.local_from_world.direction(ray.d)};
+}
+
+/// All rays of a tile at once: intervals that hold their origins and directions.
+class Beam {
+ public:
+  Beam(const MarchGrid& grid, std::span<const MarchRay> rays) {
+    for (const MarchRay& job : rays) {
+      const Ray ray = local_ray(grid, job.ray);
+      m_o.extendBy(ray.o);
+      m_d.extendBy(ray.d);
+    }
+  }
+
+  /// True where no ray can meet the box: interval arithmetic on the slabs. Axes along which rays go either
+  /// way say nothing.
+  bool misses(const Box3d& box) const {
+    double enter = 0.0, leave = std::numeric_limits<double>::infinity();
+    for (int axis = 0; axis < 3; ++axis) {
+      if (!(m_d.min[axis] > 0.0 || m_d.max[axis] < 0.0)) continue;
+      const bool is_up = m_d.min[axis] > 0.0;
+      const double near = is_up ? box.min[axis] - m_o.max[axis] : m_o.min[axis] - box.max[axis];
+      const double far = is_up ? box.max[axis] - m_o.min[axis] : m_o.max[axis] - box.min[axis];
+      const double slowest = is_up ? m_d.min[axis] : -m_d.max[axis],
+                   fastest = is_up ? m_d.max[axis] : -m_d.min[axis];
+      if (far < 0.0) return true;
+      enter = std::max(enter, near / fastest);
+      leave = std::min(leave, far / slowest);
+    }
+    return enter > leave * (1.0 + 1e-12);
+  }
+
+ private:
+  Box3d m_o, m_d;
+};
+
 /// The stretches of one grid along a ray.
 class GridWalk {
  public:
+  /// ray: local; segment: inside the grid's bounds
   GridWalk(const MarchGrid& grid, const Ray& ray, const Segment& segment)
-      : m_ray({grid.local_from_world.point(ray.o), grid.local_from_world.direction(ray.d)}),
-        m_segment(clip_to_bounds(grid.bounds, m_ray, segment)),
-        m_walker(*grid.pyramid, m_ray, m_segment),
+      : m_walker(*grid.pyramid, ray, segment),
         m_whole(grid.pyramid->levels().back().ranges[0]),
         m_extinction(grid.extinction),
-        m_voxel(1.0 / length(m_ray.d)) {
-    if (!m_segment.empty()) now.t0 = now.t1 = m_segment.t0;
+        m_voxel(1.0 / length(ray.d)) {
+    if (!segment.empty()) now.t0 = now.t1 = segment.t0;
   }
 
   bool next() { return m_walker.next(now); }
@@ -176,11 +212,74 @@ class GridWalk {
       std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), {}};
 
  private:
-  Ray m_ray;
-  Segment m_segment;
   NodeWalker m_walker;
   ValueRange m_whole;
   double m_extinction, m_voxel;
+};
+
+/// Moves lanes up by 1, 2, 4, ... places; what enters below comes from elsewhere. Everything stays in
+/// registers: a vector stored and loaded again at another offset would wait for the store to reach the cache.
+class LaneShifter {
+ public:
+  LaneShifter() {
+    for (size_t k = 0; k < kSteps; ++k) {
+      for (size_t i = 0; i < kLanes; ++i) m_from[k][i] = int32_t((i + kLanes - (size_t(1) << k)) % kLanes);
+    }
+  }
+
+  /// Lane i of v goes to lane i + 2^k; the last ones come round to the front.
+  HWY_INLINE V rotate(V v, size_t k) const {
+    const D d;
+    const DI di;
+    return hn::TableLookupLanes(v, hn::IndicesFromVec(d, hn::Load(di, m_from[k])));
+  }
+
+  /// The same, with the front lanes taken from another rotated vector.
+  HWY_INLINE V shift(V rotated, V front, size_t k) const {
+    const D d;
+    return hn::IfThenElse(hn::FirstN(d, size_t(1) << k), front, rotated);
+  }
+
+  /// Product of all lanes up to and including each.
+  HWY_INLINE V running_product(V v) const {
+    const D d;
+    const V one = hn::Set(d, 1.0f);
+    for (size_t k = 0; (size_t(1) << k) < kLanes; ++k) v = hn::Mul(v, shift(rotate(v, k), one, k));
+    return v;
+  }
+
+ private:
+  static constexpr size_t kSteps = 4;
+  alignas(64) int32_t m_from[kSteps][kLanes];
+};
+
+/// Neighbouring samples of a quantity along a ray, across vectors.
+class SampleHistory {
+ public:
+  void reset() {
+    const D d;
+    hn::Store(hn::Zero(d), d, m_rotated1);
+    hn::Store(hn::Zero(d), d, m_rotated2);
+  }
+
+  /// The samples before those of v, and those before them.
+  HWY_INLINE void push(const LaneShifter& lanes, V v, V& before1, V& before2) {
+    const D d;
+    const V r1 = lanes.rotate(v, 0), r2 = lanes.rotate(v, 1);
+    before1 = lanes.shift(r1, hn::Load(d, m_rotated1), 0);
+    before2 = lanes.shift(r2, hn::Load(d, m_rotated2), 1);
+    hn::Store(r1, d, m_rotated1);
+    hn::Store(r2, d, m_rotated2);
+  }
+  HWY_INLINE V push(const LaneShifter& lanes, V v) {
+    const D d;
+    const V r1 = lanes.rotate(v, 0), before = lanes.shift(r1, hn::Load(d, m_rotated1), 0);
+    hn::Store(r1, d, m_rotated1);
+    return before;
+  }
+
+ private:
+  alignas(64) float m_rotated1[kLanes], m_rotated2[kLanes];
 };
 
 /// Marches one ray after the other.
@@ -203,11 +302,25 @@ class Marcher {
   void march(const MarchRay& job, MarchResult& result, double* sums) {
     begin(job);
     if constexpr (kGrids == 1) {
-      walk_one(job);
+      const MarchGrid& grid = m_scene.grids[0];
+      const Ray local = local_ray(grid, job.ray);
+      const Segment inside = clip_to_bounds(grid.bounds, local, job.segment);
+      if (inside.empty()) return miss(result, sums);
+      clear_sums();
+      walk_one(GridWalk(grid, local, inside));
     } else {
+      clear_sums();
       walk_all(job);
     }
     finish(result, sums);
+  }
+
+  /// The answer for a ray that meets nothing.
+  void miss(MarchResult& result, double* sums) const {
+    result = {};
+    result.z_half = std::numeric_limits<double>::infinity();
+    result.first = {result.z_half, result.z_half};
+    std::fill_n(sums, m_scene.grids.size() * sums_per_grid(m_scene), 0.0);
   }
 
  private:
@@ -223,12 +336,15 @@ class Marcher {
     m_z_half = std::numeric_limits<double>::infinity();
     m_first = {m_z_half, m_z_half};
     m_has_met = false;
+    m_is_placed = false;
+  }
+
+  void clear_sums() {
     const D d;
     hn::Store(hn::Zero(d), d, m_tau);
     hn::Store(hn::Zero(d), d, m_error2);
     std::fill(m_accumulators.begin(), m_accumulators.end(), 0.0f);
-    for (float* history : {m_lit, m_sigma, m_bright, m_share}) std::fill_n(history, 2, 0.0f);
-    m_is_placed = false;
+    for (SampleHistory* history : {&m_lit, &m_sigma, &m_bright, &m_weight}) history->reset();
   }
 
   /// Kernel positions are counted from the entry of the first medium: floats then suffice.
@@ -249,8 +365,7 @@ class Marcher {
     m_height1 = float(m_job->height1);
   }
 
-  void walk_one(const MarchRay& job) {
-    GridWalk walk(m_scene.grids[0], job.ray, job.segment);
+  void walk_one(GridWalk walk) {
     const double extinction = walk.extinction(), scale = light_scale(m_scene.grids[0]);
     while (walk.next()) {
       const ValueRange& range = m_scene.is_leaping ? walk.now.range : walk.whole();
@@ -277,7 +392,8 @@ class Marcher {
     std::vector<double> scales;
     double t = kNever;
     for (const MarchGrid& grid : m_scene.grids) {
-      walks.emplace_back(grid, job.ray, job.segment);
+      const Ray local = local_ray(grid, job.ray);
+      walks.emplace_back(grid, local, clip_to_bounds(grid.bounds, local, job.segment));
       scales.push_back(light_scale(grid));
       t = std::min(t, walks.back().now.t0);
     }
@@ -348,9 +464,11 @@ class Marcher {
         return false;
       }
     }
-    hn::StoreU(hn::LoadU(d, m_t + done), d, m_t);
-    hn::StoreU(hn::LoadU(d, m_dt + done), d, m_dt);
-    m_queued -= done;
+    if (done > 0) {
+      hn::StoreU(hn::LoadU(d, m_t + done), d, m_t);
+      hn::StoreU(hn::LoadU(d, m_dt + done), d, m_dt);
+      m_queued -= done;
+    }
     return true;
   }
 
@@ -502,29 +620,28 @@ class Marcher {
     }
   }
 
-  /// Transmittance in front of each lane. The chain is scalar and in double: it waits only for the opacities,
-  /// while the gathers of the next vector already run, and it does not drift over many thin steps (METHODS
-  /// §1.4).
+  /// Transmittance in front of each lane. Over a vector the product of floats is good to a few ulp; from
+  /// vector to vector it goes on in double (METHODS §1.4).
   HWY_INLINE V transmittance_before(V opacity, const float* t, const float* dt) {
     const D d;
-    alignas(64) float step[kLanes], before[kLanes];
-    hn::Store(opacity, d, step);
-    double transmittance = m_transmittance;
-    for (size_t i = 0; i < kLanes; ++i) {
-      before[i] = float(transmittance);
-      transmittance -= transmittance * double(step[i]);
-    }
-    if (m_transmittance >= 0.5 && transmittance < 0.5) find_half(before, step, t, dt);
-    m_transmittance = transmittance;
-    return hn::Load(d, before);
+    const V passed = m_lanes.rotate(m_lanes.running_product(hn::Sub(hn::Set(d, 1.0f), opacity)), 0);
+    const V before = hn::Mul(hn::Set(d, float(m_transmittance)), m_lanes.shift(passed, hn::Set(d, 1.0f), 0));
+    const double after = m_transmittance * double(hn::GetLane(passed));
+    if (m_transmittance >= 0.5 && after < 0.5) find_half(before, opacity, t, dt);
+    m_transmittance = after;
+    return before;
   }
 
   /// Inside its step the density is taken as constant.
-  void find_half(const float* before, const float* opacity, const float* t, const float* dt) {
+  void find_half(V before, V opacity, const float* t, const float* dt) {
+    const D d;
+    alignas(64) float passed[kLanes], step[kLanes];
+    hn::Store(before, d, passed);
+    hn::Store(opacity, d, step);
     size_t i = kLanes - 1;
-    while (i > 0 && before[i] < 0.5f) --i;
-    const double depth = -std::log1p(-double(opacity[i])), wanted = std::log(2.0 * double(before[i]));
-    const double share = std::clamp(wanted / depth, 0.0, 1.0);
+    while (i > 0 && passed[i] < 0.5f) --i;
+    const double depth = -std::log1p(-double(step[i])), wanted = std::log(2.0 * double(passed[i]));
+    const double share = depth > 0.0 ? std::clamp(wanted / depth, 0.0, 1.0) : 0.5;
     m_z_half = m_t_base + double(t[i]) + (share - 0.5) * double(dt[i]);
   }
 
@@ -548,23 +665,18 @@ class Marcher {
   /// density. Errors of different steps are added like independent ones.
   HWY_INLINE void add_error(V lit, V sigma, V bright, V weight) {
     const D d;
-    hn::StoreU(lit, d, m_lit + 2);
-    hn::StoreU(sigma, d, m_sigma + 2);
-    hn::StoreU(hn::Max(bright, hn::Set(d, float(m_job->behind))), d, m_bright + 2);
-    hn::StoreU(weight, d, m_share + 2);
-    const V e_lit = second_difference(m_lit), e_sigma = second_difference(m_sigma);
-    const V e = hn::Mul(hn::LoadU(d, m_share + 1), hn::MulAdd(hn::LoadU(d, m_bright + 1), e_sigma, e_lit));
+    const V brightest = hn::Max(bright, hn::Set(d, float(m_job->behind)));
+    const V e_lit = second_difference(m_lit, lit), e_sigma = second_difference(m_sigma, sigma);
+    const V e = hn::Mul(m_weight.push(m_lanes, weight),
+                        hn::MulAdd(m_bright.push(m_lanes, brightest), e_sigma, e_lit));
     hn::Store(hn::MulAdd(e, e, hn::Load(d, m_error2)), d, m_error2);
-    for (float* history : {m_lit, m_sigma, m_bright, m_share}) {
-      history[0] = history[kLanes];
-      history[1] = history[kLanes + 1];
-    }
   }
 
-  static HWY_INLINE V second_difference(const float* values) {
-    const D d;
-    const V middle = hn::LoadU(d, values + 1);
-    return hn::Abs(hn::Sub(hn::Add(hn::LoadU(d, values), hn::LoadU(d, values + 2)), hn::Add(middle, middle)));
+  /// Of the sample before each lane and its two neighbours.
+  HWY_INLINE V second_difference(SampleHistory& history, V now) const {
+    V middle, first;
+    history.push(m_lanes, now, middle, first);
+    return hn::Abs(hn::Sub(hn::Add(first, now), hn::Add(middle, middle)));
   }
 
   void finish(MarchResult& result, double* sums) {
@@ -592,9 +704,8 @@ class Marcher {
   }
 
   static float sum_of(const float* lanes) {
-    float sum = 0.0f;
-    for (size_t i = 0; i < kLanes; ++i) sum += lanes[i];
-    return sum;
+    const D d;
+    return hn::GetLane(hn::SumOfLanes(d, hn::LoadU(d, lanes)));
   }
 
   static constexpr size_t kQueue = 256;
@@ -616,7 +727,8 @@ class Marcher {
   uint64_t m_samples = 0, m_lookups = 0, m_leaps = 0;
   alignas(64) float m_tau[kLanes], m_error2[kLanes];
   alignas(64) float m_t[kQueue + kLanes], m_dt[kQueue + kLanes];
-  alignas(64) float m_lit[kLanes + 2], m_sigma[kLanes + 2], m_bright[kLanes + 2], m_share[kLanes + 2];
+  LaneShifter m_lanes;
+  SampleHistory m_lit, m_sigma, m_bright, m_weight;
 };
 
 template <int kGrids, int kLights, bool kPlain>
@@ -624,7 +736,13 @@ void march_with(const MarchScene& scene, std::span<const MarchRay> rays, std::sp
                 std::span<double> sums) {
   Marcher<kGrids, kLights, kPlain> marcher(scene);
   const size_t stride = scene.grids.size() * sums_per_grid(scene);
-  for (size_t i = 0; i < rays.size(); ++i) marcher.march(rays[i], results[i], sums.data() + i * stride);
+  const bool misses_all = std::all_of(scene.grids.begin(), scene.grids.end(), [&](const MarchGrid& grid) {
+    return Beam(grid, rays).misses(grid.bounds);
+  });
+  for (size_t i = 0; i < rays.size(); ++i) {
+    double* const own = sums.data() + i * stride;
+    misses_all ? marcher.miss(results[i], own) : marcher.march(rays[i], results[i], own);
+  }
 }
 
 /// Chooses the loop that has what the scene calls for and no more.
@@ -658,12 +776,18 @@ void sweep_line(const SunSweep& sweep, const GridReader& reader, const Vec3d& st
     if (stretch.range.hi == 0.0f) continue;
     const int first = std::max(done, int(stretch.t0 * sweep.steps - 0.5)),
               last = std::min(count, int(stretch.t1 * sweep.steps + 0.5));
-    for (int k = first; k < last; k += int(kLanes)) {
+    // A whole vector may reach beyond the stretch: what it reads there is right, too.
+    int k = first;
+    for (; k < last; k += int(kLanes)) {
       const V w = hn::Mul(hn::Add(hn::Iota(d, 0.5f), hn::Set(d, float(k))), per_step);
       const V rho = reader.template read<true>(path.at(0, w), path.at(1, w), path.at(2, w));
       hn::StoreU(hn::Mul(rho, hn::Set(d, scale)), d, pieces.data() + k);
     }
-    done = std::max(done, last);
+    done = std::max(done, std::min(k, count));
+  }
+  if (done == 0) {
+    std::fill_n(tau, nodes, 0.0f);
+    return;
   }
   std::fill(pieces.begin() + done, pieces.end(), 0.0f);
   float sum = 0.0f;

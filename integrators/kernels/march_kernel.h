@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "lib/core/large_array.h"
 #include "lib/math/affine.h"
 #include "lib/math/ray.h"
 #include "lib/volume/brick_pyramid.h"
@@ -40,8 +41,8 @@ struct MarchGrid {
 /// sun_lattice.h. Beyond the lattice the value of its border holds.
 struct SunLattice {
   Affine lattice_from_world;
-  Vec3i size{0, 0, 0};           ///< nodes along u, v, w; at least 2
-  std::unique_ptr<float[]> tau;  ///< [u][v][w], w fastest
+  Vec3i size{0, 0, 0};    ///< nodes along u, v, w; at least 2
+  LargeArray<float> tau;  ///< [u][v][w], w fastest
 };
 
 struct MarchScene {

@@ -19,6 +19,13 @@ struct FreeForm;
 /// The scene's `[freeform.NAME]` objects, which volumes refer to by name.
 using FreeForms = std::map<std::string, FreeForm>;
 
+/// What a volume has read from a file, ready to become a field.
+class LoadedDensity {
+ public:
+  virtual ~LoadedDensity() = default;
+  virtual std::shared_ptr<const DensityField> build() const = 0;
+};
+
 /// A volume of the scene: where its density comes from (the plugin) and what light does in it (the common
 /// part). sigma_t(p) = extinction * rho(p): grey, so that alpha = 1 - transmittance is one number per pixel.
 struct Medium : Plugin {
@@ -37,7 +44,11 @@ struct Medium : Plugin {
   /// The parameters of the density source.
   virtual void describe_density(ParamTable& params) = 0;
 
-  /// Reads or builds the density in world space. May take long; uses parallel_for. Throws Error.
+  /// Reads the file behind the volume, where there is one. Throws Error.
+  virtual std::unique_ptr<LoadedDensity> load() const { return nullptr; }
+
+  /// Builds the density in world space, loading first what is needed. May take long; uses parallel_for.
+  /// Throws Error.
   virtual std::shared_ptr<const DensityField> build(const FreeForms& freeforms) const = 0;
 };
 

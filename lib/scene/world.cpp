@@ -1,36 +1,55 @@
 #include "lib/scene/world.h"
 
 #include <algorithm>
+#include <utility>
 
 #include "lib/core/error.h"
 
 namespace pileus {
 namespace {
 
-std::shared_ptr<const DensityField> build_density(const Named<Medium>& volume, const FreeForms& freeforms) {
+/// Calls body; an error that it throws gets the volume's name.
+template <class Body>
+auto named_errors(const std::string& volume, Body&& body) {
   try {
-    return volume.object->build(freeforms);
+    return body();
   } catch (const Error& error) {
     std::vector<Diagnostic> diagnostics = error.diagnostics();
     for (Diagnostic& diagnostic : diagnostics) {
-      diagnostic.message = fmt::format("volume \"{}\": {}", volume.name, diagnostic.message);
+      diagnostic.message = fmt::format("volume \"{}\": {}", volume, diagnostic.message);
     }
     throw Error(error.kind(), std::move(diagnostics));
   }
 }
 
+/// Neither loaded nor built otherwise: the effect plan says so.
+bool is_visible(const Medium& medium) {
+  return medium.extinction > 0.0 || medium.emission != Rgb(0.0);
+}
+
 }  // namespace
 
-World build_world(const Scene& scene) {
-  World world;
+LoadedVolumes load_volumes(const Scene& scene) {
+  LoadedVolumes loaded;
   for (const Named<Medium>& volume : scene.volumes) {
     const Medium& medium = *volume.object;
-    const bool is_visible = medium.extinction > 0.0 || medium.emission != Rgb(0.0);
-    if (!is_visible) continue;  // neither loaded nor built: the effect plan says so
-    const auto density = build_density(volume, scene.freeforms);
-    world.media.push_back({volume.name, density, medium.extinction, medium.albedo, medium.emission,
-                           medium.phase, scatter_terms(medium.multiple_scattering, medium.powder),
-                           ambient_light(medium.ambient, *density, volume.name)});
+    loaded.push_back(is_visible(medium) ? named_errors(volume.name, [&] { return medium.load(); }) : nullptr);
+  }
+  return loaded;
+}
+
+World build_world(const Scene& scene, LoadedVolumes loaded) {
+  World world;
+  for (size_t i = 0; i < scene.volumes.size(); ++i) {
+    const auto& [name, object] = scene.volumes[i];
+    const Medium& medium = *object;
+    if (!is_visible(medium)) continue;
+    const auto density = named_errors(name, [&] {
+      return loaded[i] ? std::exchange(loaded[i], nullptr)->build() : medium.build(scene.freeforms);
+    });
+    world.media.push_back({name, density, medium.extinction, medium.albedo, medium.emission, medium.phase,
+                           scatter_terms(medium.multiple_scattering, medium.powder),
+                           ambient_light(medium.ambient, *density, name)});
   }
   for (const Named<Light>& light : scene.lights) world.lights.push_back(light.object);
   for (const Named<Shape>& object : scene.objects) world.shapes.push_back(object.object);

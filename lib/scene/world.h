@@ -32,8 +32,18 @@ struct World {
   std::shared_ptr<const Camera> camera;
 };
 
-/// Loads and builds what the scene describes. Throws Error, with the volume's name, where that fails.
-World build_world(const Scene& scene);
+/// What the volumes of a scene have read from files, one entry per volume; null where nothing is read.
+using LoadedVolumes = std::vector<std::unique_ptr<LoadedDensity>>;
+
+/// Reads the files of the visible volumes. Throws Error, with the volume's name, where that fails.
+LoadedVolumes load_volumes(const Scene& scene);
+
+/// Builds what the scene describes. What was loaded is gone afterwards: fields keep what they need. Throws
+/// Error, with the volume's name, where that fails.
+World build_world(const Scene& scene, LoadedVolumes loaded);
+inline World build_world(const Scene& scene) {
+  return build_world(scene, load_volumes(scene));
+}
 
 /// A surface point that a ray has met.
 struct WorldHit {

@@ -373,7 +373,7 @@ class BrickGridBuilder {
     for (size_t task = 0; task < tasks; ++task) slots[task + 1] += slots[task];
     m_grid.m_slots = slots[tasks] + 1;
     check_memory(double(m_grid.m_slots));
-    m_grid.m_values = std::make_unique_for_overwrite<float[]>(size_t(m_grid.m_slots) * BrickGrid::kPitch);
+    m_grid.m_values = make_large_array<float>(size_t(m_grid.m_slots) * BrickGrid::kPitch);
     for (const auto& [value, slot] : m_slot_of_uniform) {
       std::fill_n(m_grid.m_values.get() + size_t(slot) * BrickGrid::kPitch, BrickGrid::kPitch, value);
     }

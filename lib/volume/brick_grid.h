@@ -8,6 +8,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "lib/core/large_array.h"
 #include "lib/math/vec.h"
 
 namespace pileus {
@@ -99,7 +100,7 @@ class BrickGrid {
   std::vector<int32_t> m_block_table;                ///< block at a place in the box of blocks, or -1
   Vec3i m_table_lo{0, 0, 0}, m_table_size{0, 0, 0};  ///< the box of blocks, in blocks
   std::vector<Brick> m_bricks;
-  std::unique_ptr<float[]> m_values;
+  LargeArray<float> m_values;
   int64_t m_slots = 0;
   Vec3i m_lo{0, 0, 0}, m_hi{0, 0, 0};
 };

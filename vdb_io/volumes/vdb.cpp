@@ -12,6 +12,7 @@
 /// "zero"`.
 #include <filesystem>
 #include <string>
+#include <utility>
 
 #include "lib/scene/medium.h"
 #include "vdb_io/grid_to_field.h"
@@ -19,6 +20,20 @@
 
 namespace pileus {
 namespace {
+
+class LoadedGrid final : public LoadedDensity {
+ public:
+  LoadedGrid(openvdb::FloatGrid::ConstPtr grid, const Affine& world_from_object)
+      : m_grid(std::move(grid)), m_world_from_object(world_from_object) {}
+
+  std::shared_ptr<const DensityField> build() const override {
+    return field_from_grid(*m_grid, m_world_from_object);
+  }
+
+ private:
+  openvdb::FloatGrid::ConstPtr m_grid;
+  Affine m_world_from_object;
+};
 
 struct VdbVolume final : Medium {
   std::filesystem::path file;
@@ -33,11 +48,13 @@ struct VdbVolume final : Medium {
     placement.describe(params);
   }
 
-  std::shared_ptr<const DensityField> build(const FreeForms&) const override {
+  std::unique_ptr<LoadedDensity> load() const override {
     const VdbReadOptions options{grid, level_set == "fog" ? LevelSetPolicy::to_fog : LevelSetPolicy::refuse,
                                  nan == "zero" ? BadValuePolicy::to_zero : BadValuePolicy::refuse};
-    return field_from_grid(*read_density_grid(file, options).grid, placement.world_from_object());
+    return std::make_unique<LoadedGrid>(read_density_grid(file, options).grid, placement.world_from_object());
   }
+
+  std::shared_ptr<const DensityField> build(const FreeForms&) const override { return load()->build(); }
 };
 
 }  // namespace

@@ -1,0 +1,83 @@
+// What `march` is made of: bricks, their pyramid, the sun's lattice, and rays through all of it.
+#include <limits>
+
+#include <benchmark/benchmark.h>
+
+#include "bench/micro/fixtures.h"
+#include "integrators/sun_lattice.h"
+#include "lib/core/parallel.h"
+
+namespace pileus::bench {
+namespace {
+
+/// The cumulus as the kernels see it, without lights.
+struct MarchFixture {
+  explicit MarchFixture(int voxels) : field(cumulus_field(voxels)), pyramid(*field->bricks()) {
+    const Vec3d origin(pyramid.origin());
+    grid.pyramid = &pyramid;
+    grid.local_from_world = Affine::translation(-origin) * field->index_from_world();
+    grid.bounds = Box3d(Vec3d(pyramid.grid().lo()) - origin, Vec3d(pyramid.grid().hi()) - origin);
+    grid.extinction = 16.0;
+  }
+
+  std::shared_ptr<const DensityField> field;
+  BrickPyramid pyramid;
+  MarchGrid grid;
+};
+
+const Vec3d kSun = normalize(Vec3d(-0.7, 0.6, 0.5));
+
+void BM_brick_pyramid(benchmark::State& state) {
+  const auto field = cumulus_field(int(state.range(0)));
+  for (auto _ : state) benchmark::DoNotOptimize(BrickPyramid(*field->bricks()));
+}
+BENCHMARK(BM_brick_pyramid)->Arg(256)->Unit(benchmark::kMillisecond);
+
+/// One thread; argument: spacing in tenths of a voxel.
+void BM_sun_lattice(benchmark::State& state) {
+  const MarchFixture fixture(256);
+  const double spacing = double(state.range(0)) / 10.0;
+  with_threads(1, [&] {
+    for (auto _ : state) benchmark::DoNotOptimize(build_sun_lattice(fixture.grid, kSun, spacing).tau.get());
+  });
+  const double nodes = sun_lattice_nodes(fixture.grid, kSun, spacing);
+  state.counters["nodes"] =
+      benchmark::Counter(nodes * double(state.iterations()), benchmark::Counter::kIsRate);
+}
+BENCHMARK(BM_sun_lattice)->Arg(10)->Arg(20)->Arg(40)->Unit(benchmark::kMillisecond);
+
+/// Rays through the cloud on one thread; arguments: 1000 * step quality, lights.
+void BM_march(benchmark::State& state) {
+  const MarchFixture fixture(256);
+  MarchScene scene;
+  scene.grids.push_back(fixture.grid);
+  scene.stop = 1e-4;
+  scene.lights = int(state.range(1));
+  for (int l = 0; l < scene.lights; ++l) scene.lattices.push_back(build_sun_lattice(fixture.grid, kSun, 2.0));
+  const std::vector<float> weights(size_t(kMostTerms * std::max(1, scene.lights)), 1.0f);
+  std::vector<MarchRay> jobs;
+  for (const Ray& ray : camera_rays(fixture.field->bounds(), 384)) {
+    MarchRay job;
+    job.ray = ray;
+    job.segment = {0.0, std::numeric_limits<double>::infinity()};
+    job.weights = weights.data();
+    job.step_quality = double(state.range(0)) / 1000.0;
+    jobs.push_back(job);
+  }
+  std::vector<MarchResult> results(jobs.size());
+  std::vector<double> sums(jobs.size() * sums_per_grid(scene));
+  uint64_t samples = 0, leaps = 0;
+  for (auto _ : state) {
+    march_rays(scene, jobs, results, sums);
+    for (const MarchResult& result : results) samples += result.samples, leaps += result.leaps;
+  }
+  state.counters["samples"] = benchmark::Counter(double(samples), benchmark::Counter::kIsRate);
+  state.counters["leaps"] = benchmark::Counter(double(leaps), benchmark::Counter::kIsRate);
+  state.counters["rays"] =
+      benchmark::Counter(double(jobs.size() * state.iterations()), benchmark::Counter::kIsRate);
+  state.SetLabel(march_target());
+}
+BENCHMARK(BM_march)->ArgsProduct({{1000, 100, 10}, {0, 1}})->Unit(benchmark::kMillisecond);
+
+}  // namespace
+}  // namespace pileus::bench
