@@ -63,9 +63,7 @@ class MarchTracer final : public Tracer {
         m_march(world, plan) {
     MarchScene& kernel = m_march.kernel;
     kernel.is_leaping = options.leaping;
-    kernel.stop = kStopShare * m_tolerance / std::max(1.0, m_march.brightest());
     if (plan.scattering) choose_sunlight(accuracy.picture, options);
-    m_quality = kFirstQuality * kStepShare * m_tolerance / std::max(m_march.brightest(), 1e-3);
   }
 
   size_t rays_per_call() const override { return m_march.kernel.shadow_step > 0.0 ? 64 : 256; }
@@ -143,8 +141,10 @@ class MarchTracer final : public Tracer {
           return transmittance(tau);
         });
     job.weights = packet.weights.data() + i * packet.weights_step;
-    job.step_quality = m_quality;
     job.behind = largest(packet.behind[i]);
+    job.brightest = std::max(job.behind, m_march.brightest(job.weights));
+    job.step_quality = kFirstQuality * kStepShare * m_tolerance / std::max(job.brightest, 1e-3);
+    job.stop = kStopShare * m_tolerance / std::max(1.0, job.brightest);
     m_march.set_height(ray, job);
   }
 
@@ -206,16 +206,31 @@ class MarchTracer final : public Tracer {
     RayResult result;
     result.radiance = m_march.radiance(packet.sums.data() + i * packet.stride) + passed * packet.behind[i];
     result.transmittance = packet.hits[i] ? 0.0 : passed;
-    result.z_first = marched.z_first;
+    result.z_first = z_first(packet.rays[i], marched.first);
     result.z_half = marched.z_half;
     if (packet.hits[i]) {
       result.z_first = std::min(result.z_first, packet.hits[i]->t);
       result.z_half = std::min(result.z_half, packet.hits[i]->t);
     }
-    const double stop_error = passed <= m_march.kernel.stop ? kStopShare * m_tolerance : 0.0;
+    const double stop_error = passed <= packet.jobs[i].stop ? kStopShare * m_tolerance : 0.0;
     result.error = kEstimateSafety * marched.error + (1.0 - passed) * m_cache_error + stop_error;
     result.samples = marched.samples + marched.lookups;
     return result;
+  }
+
+  /// Where the medium begins; looked up between the samples only for a picture that shows it.
+  double z_first(const Ray& ray, const Segment& first) const {
+    if (!std::isfinite(first.t1)) return first.t1;
+    if (m_plan.aovs.count("Z") == 0) return 0.5 * (first.t0 + first.t1);
+    double z = first.t1;
+    std::vector<DensityPiece> pieces;
+    FieldCounters counters;
+    for (const WorldMedium& medium : m_world.media) {
+      pieces.clear();
+      medium.density->append_pieces(ray, first, pieces, counters);
+      if (!pieces.empty()) z = std::min(z, pieces.front().t0);
+    }
+    return z;
   }
 
   static constexpr double kOpaque = 1e3;
@@ -224,7 +239,6 @@ class MarchTracer final : public Tracer {
   const EffectPlan& m_plan;
   double m_tolerance;
   MarchWorld m_march;
-  double m_quality = 0.0;      ///< of steps, at first try
   double m_cache_error = 0.0;  ///< of the sun's cache, for a pixel of opacity 1
   std::vector<std::string> m_choices;
 };

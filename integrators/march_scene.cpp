@@ -31,7 +31,6 @@ MarchWorld::MarchWorld(const World& world, const EffectPlan& plan) : m_world(wor
   for (const WorldMedium& medium : world.media) add_grid(medium);
   m_base_height = world.media.front().density->bounds().min.y;
   if (plan.scattering) add_suns();
-  bound_brightness();
 }
 
 void MarchWorld::add_grid(const WorldMedium& medium) {
@@ -49,6 +48,7 @@ void MarchWorld::add_grid(const WorldMedium& medium) {
   }
   kernel.several_terms |= grid.terms > 1;
   kernel.height_light |= medium.ambient.top != medium.ambient.bottom;
+  add_glow(medium, grid);
   kernel.grids.push_back(grid);
   m_is_isotropic &= medium.phase->is_isotropic();
 }
@@ -70,20 +70,28 @@ void MarchWorld::add_suns() {
   }
 }
 
-/// For phase functions the forward and the isotropic value bound what steps are chosen by: a tuning matter,
-/// no promise.
-void MarchWorld::bound_brightness() {
-  for (size_t g = 0; g < m_world.media.size(); ++g) {
-    const WorldMedium& medium = m_world.media[g];
-    double sum =
-        std::max(largest(medium.albedo * medium.ambient.top), largest(medium.albedo * medium.ambient.bottom));
-    const double side = medium.phase->p(Vec3d(1, 0, 0), Vec3d(0, 1, 0));
+/// Emission and the light of the sky: both are in proportion to the density.
+void MarchWorld::add_glow(const WorldMedium& medium, MarchGrid& grid) const {
+  const double emission = largest(medium.emission),
+               sky = std::max(largest(medium.albedo * medium.ambient.top),
+                              largest(medium.albedo * medium.ambient.bottom));
+  grid.glow = emission + medium.extinction * sky;
+  const double deepest = medium.density->max_density() * length(medium.density->bounds().size());
+  grid.glow_bound = sky + std::min(emission / medium.extinction, emission * deepest);
+  if (emission == 0.0) grid.glow_bound = sky;
+}
+
+double MarchWorld::brightest(const float* weights) const {
+  double most = 0.0;
+  for (size_t g = 0; g < kernel.grids.size(); ++g) {
+    double sum = kernel.grids[g].glow_bound;
     for (size_t l = 0; l < m_suns.size(); ++l) {
-      sum += m_strengths[g * m_suns.size() + l] * scatter_response_bound(medium.scattering, side);
+      const float* of_light = weights + (g * m_suns.size() + l) * kMostTerms;
+      for (int k = 0; k < kernel.grids[g].terms; ++k) sum += std::max(0.0, double(of_light[k]));
     }
-    if (medium.extinction > 0.0) sum += largest(medium.emission) / medium.extinction;
-    m_brightest = std::max(m_brightest, sum);
+    most = std::max(most, sum);
   }
+  return most;
 }
 
 void MarchWorld::weights_for(const Vec3d& direction, std::vector<float>& weights) const {

@@ -29,8 +29,9 @@ class MarchWorld {
   /// Phase weights of a ray, [grid][light][kMostTerms], times the light's strongest channel.
   void weights_for(const Vec3d& direction, std::vector<float>& weights) const;
 
-  /// Upper bound of the radiance that the media scatter or glow with, per opacity.
-  double brightest() const { return m_brightest; }
+  /// Upper bound of the radiance that the media scatter or glow with along a ray of these weights, largest
+  /// channel.
+  double brightest(const float* weights) const;
 
   /// The kernel's height at t along a ray, as the two coefficients that it wants.
   void set_height(const Ray& ray, MarchRay& job) const;
@@ -47,7 +48,7 @@ class MarchWorld {
  private:
   void add_grid(const WorldMedium& medium);
   void add_suns();
-  void bound_brightness();
+  void add_glow(const WorldMedium& medium, MarchGrid& grid) const;
 
   const World& m_world;
   std::vector<std::unique_ptr<BrickPyramid>> m_pyramids;
@@ -55,7 +56,6 @@ class MarchWorld {
   std::vector<double> m_strengths;  ///< [grid][light]: strongest channel of albedo * irradiance
   std::vector<Rgb> m_colours;       ///< the same, divided by that channel
   double m_base_height = 0.0;       ///< heights are counted from here [m]
-  double m_brightest = 0.0;
   bool m_is_isotropic = true;
 };
 

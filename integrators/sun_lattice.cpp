@@ -22,7 +22,7 @@ SunSweep frame_of(const MarchGrid& grid, const Vec3d& wi_world, double spacing) 
   sweep.length = spacing / std::abs(towards[axis]);
   sweep.steps = std::max(1, int(0.75 * spacing + 0.25));
   const Box3d& box = grid.bounds;
-  const double slices = std::ceil((box.max[axis] - box.min[axis]) / spacing);
+  const double slices = std::max(1.0, std::ceil((box.max[axis] - box.min[axis]) / spacing));
   sweep.size.z = int(slices) + 1;
   sweep.origin[axis] = towards[axis] > 0.0 ? box.min[axis] : box.max[axis];
   Vec3d* const across[2] = {&sweep.eu, &sweep.ev};
@@ -48,10 +48,12 @@ Affine lattice_from_local(const SunSweep& frame) {
 /// Copies a row of lines, [v][w], and balances it: linear interpolation lies above a convex function by
 /// h^2/12 of its second derivative on average. Node values lowered by as much, as their second differences
 /// tell it, leave errors of changing sign, which cancel along a view ray (Blu, Thevenaz, Unser 2004). What
-/// light meets at the edge of a cloud then becomes slightly negative: transmittance takes that as it is.
+/// light meets at the edge of a cloud then becomes slightly negative: transmittance takes that as it is. More
+/// than slightly is the sign of a lattice too coarse to be corrected, and would brighten: there is a floor.
 ///   before, after: the rows beside it; the row itself at the lattice's ends, where lines are zeros
 void balance_row(const Vec3i& size, const float* before, const float* row, const float* after,
                  float* balanced) {
+  constexpr float kMostLowered = 0.1f;
   const ptrdiff_t line = size.z;
   for (ptrdiff_t v = 0; v < size.y; ++v) {
     const ptrdiff_t at = v * line, lower = v == 0 ? 0 : -line, upper = v == size.y - 1 ? 0 : line;
@@ -59,7 +61,7 @@ void balance_row(const Vec3i& size, const float* before, const float* row, const
       const ptrdiff_t i = at + w, back = w == 0 ? 0 : -1, on = w == line - 1 ? 0 : 1;
       const float across = (before[i] + after[i]) + (row[i + lower] + row[i + upper]) - 4.0f * row[i];
       const float along = back != 0 && on != 0 ? row[i - 1] + row[i + 1] - 2.0f * row[i] : 0.0f;
-      balanced[i] = row[i] - (1.0f / 12.0f) * (across + along);
+      balanced[i] = std::max(row[i] - (1.0f / 12.0f) * (across + along), -kMostLowered);
     }
   }
 }

@@ -13,7 +13,8 @@
 namespace pileus {
 namespace {
 
-constexpr int kColumns = 24, kRows = 14;  ///< pilot rays across the picture
+constexpr int kColumns = 24, kRows = 14;  ///< pilot rays across the picture, at first
+constexpr size_t kEnoughPilots = 32;      ///< that meet a medium
 constexpr int kPointsPerRay = 4;
 
 /// A place where light is scattered towards the camera.
@@ -55,12 +56,13 @@ PilotRay pilot_ray(const World& world, const Ray& ray, FieldCounters& counters) 
   return pilot;
 }
 
-std::vector<PilotRay> trace_pilots(const World& world, const Vec2i& picture, const MarchWorld& march) {
-  std::vector<PilotRay> pilots(size_t(kColumns * kRows));
+std::vector<PilotRay> trace_pilots(const World& world, const Vec2i& picture, const MarchWorld& march,
+                                   int columns, int rows) {
+  std::vector<PilotRay> pilots(size_t(columns) * size_t(rows));
   parallel_for(pilots.size(), [&](size_t i) {
     FieldCounters counters;
-    const Vec2d pixel((double(i % kColumns) + 0.5) / kColumns * picture.x,
-                      (double(i / kColumns) + 0.5) / kRows * picture.y);
+    const Vec2d pixel((double(i % size_t(columns)) + 0.5) / columns * picture.x,
+                      (double(i / size_t(columns)) + 0.5) / rows * picture.y);
     pilots[i] = pilot_ray(world, world.camera->ray(pixel, picture), counters);
     for (PilotPoint& point : pilots[i].points) {
       for (size_t l = 0; l < march.suns().size(); ++l)
@@ -68,6 +70,14 @@ std::vector<PilotRay> trace_pilots(const World& world, const Vec2i& picture, con
     }
   });
   std::erase_if(pilots, [](const PilotRay& pilot) { return pilot.points.empty(); });
+  return pilots;
+}
+
+/// Pilots as dense as it takes to meet what is small in the picture.
+std::vector<PilotRay> trace_enough_pilots(const World& world, const Vec2i& picture, const MarchWorld& march) {
+  std::vector<PilotRay> pilots;
+  for (int density = 1; density <= 8 && pilots.size() < kEnoughPilots; density *= 2)
+    pilots = trace_pilots(world, picture, march, density * kColumns, density * kRows);
   return pilots;
 }
 
@@ -175,7 +185,7 @@ void take_shadow_rays(const std::vector<PilotRay>& pilots, double tolerance, Mar
 
 SunlightChoice choose_sunlight(const World& world, const Vec2i& picture, double tolerance, double most_bytes,
                                MarchWorld& march) {
-  const std::vector<PilotRay> pilots = trace_pilots(world, picture, march);
+  const std::vector<PilotRay> pilots = trace_enough_pilots(world, picture, march);
   SunlightChoice choice;
   if (most_bytes > 0.0 && try_lattices(pilots, tolerance, most_bytes, march, choice)) return choice;
   march.kernel.lattices.clear();

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lib/math/transmittance.h"
 #include "lib/volume/node_walker.h"
 
 #undef HWY_TARGET_INCLUDE
@@ -317,7 +318,8 @@ class Marcher {
   /// The answer for a ray that meets nothing.
   void miss(MarchResult& result, double* sums) const {
     result = {};
-    result.z_first = result.z_half = std::numeric_limits<double>::infinity();
+    result.z_half = std::numeric_limits<double>::infinity();
+    result.first = {result.z_half, result.z_half};
     std::fill_n(sums, m_scene.grids.size() * sums_per_grid(m_scene), 0.0);
   }
 
@@ -331,7 +333,9 @@ class Marcher {
     m_queued = 0;
     m_transmittance = 1.0;
     m_samples = m_lookups = m_leaps = 0;
-    m_z_first = m_z_half = std::numeric_limits<double>::infinity();
+    m_z_half = std::numeric_limits<double>::infinity();
+    m_first = {m_z_half, m_z_half};
+    m_has_met = false;
     m_is_placed = false;
   }
 
@@ -362,45 +366,54 @@ class Marcher {
   }
 
   void walk_one(GridWalk walk) {
-    const double extinction = walk.extinction();
+    const double extinction = walk.extinction(), scale = light_scale(m_scene.grids[0]);
     while (walk.next()) {
       const ValueRange& range = m_scene.is_leaping ? walk.now.range : walk.whole();
       if (range.hi == 0.0f) {
         ++m_leaps;
         continue;
       }
-      const double sigma = extinction * double(range.hi),
-                   variation = extinction * double(range.hi - range.lo);
+      const double sigma = extinction * double(range.hi), variation = scale * double(range.hi - range.lo);
       if (!add_stretch(walk.now.t0, walk.now.t1, sigma, variation, walk.voxel())) return;
     }
+  }
+
+  /// How much a density adds to a ray, relative to the brightest it can get [1/m]: by its extinction, or by
+  /// what it glows.
+  double light_scale(const MarchGrid& grid) const {
+    if (!(grid.glow > grid.extinction * m_job->brightest)) return grid.extinction;
+    return grid.glow / std::max(m_job->brightest, 1e-30);
   }
 
   /// Several grids: stretches end where those of any grid end.
   void walk_all(const MarchRay& job) {
     constexpr double kNever = std::numeric_limits<double>::infinity();
     std::vector<GridWalk> walks;
+    std::vector<double> scales;
     double t = kNever;
     for (const MarchGrid& grid : m_scene.grids) {
       const Ray local = local_ray(grid, job.ray);
       walks.emplace_back(grid, local, clip_to_bounds(grid.bounds, local, job.segment));
+      scales.push_back(light_scale(grid));
       t = std::min(t, walks.back().now.t0);
     }
     while (t < kNever) {
       double end = kNever, sigma = 0.0, variation = 0.0, voxel = kNever;
-      for (GridWalk& walk : walks) {
+      bool is_empty = true;
+      for (size_t g = 0; g < walks.size(); ++g) {
+        GridWalk& walk = walks[g];
         walk.pass(t);
         const bool has_begun = walk.now.t0 <= t;
         end = std::min(end, has_begun ? walk.now.t1 : walk.now.t0);
         if (!m_scene.is_leaping && has_begun) walk.now.range = walk.whole();
         if (!has_begun || walk.now.range.hi == 0.0f) continue;
-        // A grid without extinction still glows: its density then counts like a thin extinction.
-        const double scale = std::max(walk.extinction(), 1e-3 / walk.voxel());
-        sigma += scale * double(walk.now.range.hi);
-        variation += scale * double(walk.now.range.hi - walk.now.range.lo);
+        is_empty = false;
+        sigma += walk.extinction() * double(walk.now.range.hi);
+        variation += scales[g] * double(walk.now.range.hi - walk.now.range.lo);
         voxel = std::min(voxel, walk.voxel());
       }
       if (end == kNever) return;
-      if (sigma == 0.0) {
+      if (is_empty) {
         ++m_leaps;
       } else if (!add_stretch(t, end, sigma, variation, voxel)) {
         return;
@@ -415,7 +428,7 @@ class Marcher {
   bool add_stretch(double t0, double t1, double sigma, double variation, double voxel) {
     if (!m_is_placed) {
       place_paths(t0);
-      m_z_first = t0;
+      m_first.t0 = t0;
     }
     const double span = t1 - t0;
     const double weight = m_transmittance / m_job->step_quality;
@@ -446,7 +459,7 @@ class Marcher {
     for (; done + kLanes <= m_queued; done += kLanes) {
       composite(m_t + done, m_dt + done);
       m_samples += kLanes;
-      if (m_transmittance <= m_scene.stop) {
+      if (m_transmittance <= m_job->stop) {
         m_queued = 0;
         return false;
       }
@@ -464,42 +477,49 @@ class Marcher {
     const D d;
     const V t = hn::LoadU(d, t_at), dt = hn::LoadU(d, dt_at);
     if constexpr (kGrids == 1) {
-      const V sigma = hn::Mul(density(0, t), hn::Set(d, m_extinctions[0]));
+      const V rho = density(0, t), sigma = hn::Mul(rho, hn::Set(d, m_extinctions[0]));
+      if (!m_has_met) find_first(rho, t_at);
       const V tau = hn::Mul(sigma, dt), opacity = simd_opacity(d, tau);
-      const V before = transmittance_before(opacity, t_at);
+      const V before = transmittance_before(opacity, t_at, dt_at);
       add_to(m_tau, tau);
       const V scattered = hn::Mul(before, opacity);
       const V response = add_scattered(0, scattered, t);
-      add_error(hn::Mul(sigma, response), sigma, response, hn::Mul(before, dt));
+      const MarchGrid& grid = m_scene.grids[0];
+      const V lit = hn::MulAdd(rho, hn::Set(d, float(grid.glow)), hn::Mul(sigma, response));
+      add_error(lit, sigma, response, hn::Mul(before, dt));
     } else {
-      composite_several(t_at, t, dt);
+      composite_several(t_at, dt_at, t, dt);
     }
   }
 
   /// Where grids overlap their extinctions add up, and each scatters its share.
-  void composite_several(const float* t_at, V t, V dt) {
+  void composite_several(const float* t_at, const float* dt_at, V t, V dt) {
     const D d;
-    V sigma = hn::Zero(d);
+    V sigma = hn::Zero(d), rho_sum = hn::Zero(d);
     for (int g = 0; g < grids(); ++g) {
       const V rho = density(g, t);
       hn::StoreU(rho, d, m_rhos.data() + size_t(g) * kLanes);
       sigma = hn::MulAdd(rho, hn::Set(d, m_extinctions[size_t(g)]), sigma);
+      rho_sum = hn::Add(rho_sum, rho);
     }
+    if (!m_has_met) find_first(rho_sum, t_at);
     const V tau = hn::Mul(sigma, dt), opacity = simd_opacity(d, tau);
-    const V before = transmittance_before(opacity, t_at);
+    const V before = transmittance_before(opacity, t_at, dt_at);
     add_to(m_tau, tau);
     // Mean transmittance over a step: before * (1 - exp(-tau)) / tau.
     const V thin = hn::Set(d, 1e-12f);
     const V share = hn::IfThenElse(hn::Gt(tau, thin), hn::Div(opacity, hn::Max(tau, thin)), hn::Set(d, 1.0f));
     const V mean = hn::Mul(hn::Mul(before, share), dt);
-    V lit = hn::Zero(d);
+    V lit = hn::Zero(d), glow = hn::Zero(d);
     for (int g = 0; g < grids(); ++g) {
       const V rho = hn::LoadU(d, m_rhos.data() + size_t(g) * kLanes), column = hn::Mul(mean, rho);
       add_to(sums_of(g), column);
       const V extinction = hn::Set(d, m_extinctions[size_t(g)]);
       lit = hn::MulAdd(hn::Mul(rho, extinction), add_scattered(g, hn::Mul(column, extinction), t), lit);
+      glow = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[size_t(g)].glow)), glow);
     }
-    add_error(lit, sigma, hn::Div(lit, hn::Max(sigma, hn::Set(d, 1e-30f))), hn::Mul(before, dt));
+    const V bright = hn::Div(lit, hn::Max(sigma, hn::Set(d, 1e-30f)));
+    add_error(hn::Add(lit, glow), sigma, bright, hn::Mul(before, dt));
   }
 
   HWY_INLINE V density(int grid, V t) const {
@@ -602,23 +622,42 @@ class Marcher {
 
   /// Transmittance in front of each lane. Over a vector the product of floats is good to a few ulp; from
   /// vector to vector it goes on in double (METHODS §1.4).
-  HWY_INLINE V transmittance_before(V opacity, const float* t) {
+  HWY_INLINE V transmittance_before(V opacity, const float* t, const float* dt) {
     const D d;
     const V passed = m_lanes.rotate(m_lanes.running_product(hn::Sub(hn::Set(d, 1.0f), opacity)), 0);
     const V before = hn::Mul(hn::Set(d, float(m_transmittance)), m_lanes.shift(passed, hn::Set(d, 1.0f), 0));
     const double after = m_transmittance * double(hn::GetLane(passed));
-    if (m_transmittance >= 0.5 && after < 0.5) find_half(before, t);
+    if (m_transmittance >= 0.5 && after < 0.5) find_half(before, opacity, t, dt);
     m_transmittance = after;
     return before;
   }
 
-  void find_half(V before, const float* t) {
+  /// Inside its step the density is taken as constant.
+  void find_half(V before, V opacity, const float* t, const float* dt) {
     const D d;
-    alignas(64) float passed[kLanes];
+    alignas(64) float passed[kLanes], stopped[kLanes];
     hn::Store(before, d, passed);
+    hn::Store(opacity, d, stopped);
     size_t i = kLanes - 1;
     while (i > 0 && passed[i] < 0.5f) --i;
-    m_z_half = m_t_base + double(t[i]);
+    const double depth = -std::log1p(-double(stopped[i])), wanted = std::log(2.0 * double(passed[i]));
+    const double share = std::clamp(wanted / depth, 0.0, 1.0);
+    m_z_half = m_t_base + double(t[i]) + (share - 0.5) * double(dt[i]);
+  }
+
+  /// Looks for the first density on the ray, between two samples.
+  void find_first(V rho, const float* t) {
+    alignas(64) float rhos[kLanes];
+    hn::Store(rho, D(), rhos);
+    for (size_t i = 0; i < kLanes; ++i) {
+      const double here = m_t_base + double(t[i]);
+      if (rhos[i] > 0.0f) {
+        m_first.t1 = here;
+        m_has_met = true;
+        return;
+      }
+      m_first.t0 = here;
+    }
   }
 
   /// The error of the midpoint rule is h^2/24 of the second derivative: differences of neighbouring samples
@@ -645,7 +684,7 @@ class Marcher {
     result.tau = double(sum_of(m_tau));
     result.transmittance = m_transmittance;
     result.error = std::sqrt(double(sum_of(m_error2))) / 24.0;
-    result.z_first = m_z_first;
+    result.first = m_first;
     result.z_half = m_z_half;
     result.samples = m_samples;
     result.lookups = m_scene.shadow_step > 0.0 ? m_lookups : m_samples * uint64_t(lights());
@@ -653,7 +692,7 @@ class Marcher {
     const size_t count = m_grids.size() * sums_per_grid(m_scene);
     for (size_t i = 0; i < count; ++i) sums[i] = double(sum_of(m_accumulators.data() + i * kLanes));
     // A grid alone scatters all that does not pass.
-    if constexpr (kGrids == 1) sums[0] = -std::expm1(-result.tau) / m_scene.grids[0].extinction;
+    if constexpr (kGrids == 1) sums[0] = opacity_from_tau(result.tau) / m_scene.grids[0].extinction;
   }
 
   /// The last samples, with steps of length 0 behind them.
@@ -680,7 +719,9 @@ class Marcher {
   std::vector<float> m_accumulators;  ///< [grid][sum][lane]
   const MarchRay* m_job = nullptr;
   bool m_is_placed = false;
-  double m_t_base = 0.0, m_transmittance = 1.0, m_z_first = 0.0, m_z_half = 0.0;
+  double m_t_base = 0.0, m_transmittance = 1.0, m_z_half = 0.0;
+  Segment m_first;         ///< see MarchResult
+  bool m_has_met = false;  ///< some density
   float m_height0 = 0.0f, m_height1 = 0.0f;
   size_t m_queued = 0;
   uint64_t m_samples = 0, m_lookups = 0, m_leaps = 0;

@@ -30,6 +30,8 @@ struct MarchGrid {
   Affine local_from_world;
   Box3d bounds;             ///< of what is not 0, local
   double extinction = 0.0;  ///< [1/m]
+  double glow = 0.0;  ///< what a density of 1 adds to a ray without any light, largest channel [W/(m3 sr)]
+  double glow_bound = 0.0;  ///< upper bound of what that makes of a whole ray [W/(m2 sr)]
 
   int terms = 1;                                    ///< scatter terms
   std::array<float, kMostTerms> term_extinction{};  ///< of each, relative to the grid's
@@ -53,7 +55,6 @@ struct MarchScene {
   std::vector<Vec3d> towards_suns;  ///< unit vectors, world
   double shadow_step = 0.0;         ///< of shadow rays [cells]; 0: lattices are read instead
   double enough_shadow = 0.0;       ///< optical depth at which shadow rays may end
-  double stop = 0.0;                ///< transmittance at which a ray ends
 };
 
 /// What a ray asks for.
@@ -66,14 +67,17 @@ struct MarchRay {
       0.0;  ///< how much error a step may make [1]: the error of the ray is in proportion to it
   double height0 = 0.0, height1 = 0.0;  ///< height at t [m]: height0 + t * height1
   double behind = 0.0;                  ///< radiance that arrives from the end of the ray, largest channel
+  double brightest = 0.0;               ///< no light on the ray is brighter, largest channel
+  double stop = 0.0;                    ///< transmittance at which the ray ends
 };
 
 /// What it gets, besides MarchSums.
 struct MarchResult {
   double tau = 0.0;
   double transmittance = 1.0;  ///< where the ray stopped
-  double z_first = 0.0, z_half = 0.0;
-  double error = 0.0;  ///< estimated, from second differences of the samples
+  Segment first;               ///< the first sample with a density at its end, what is before it at its start
+  double z_half = 0.0;         ///< where the transmittance falls below one half
+  double error = 0.0;          ///< estimated, from second differences of the samples
   uint64_t samples = 0, lookups = 0, leaps = 0;
 };
 

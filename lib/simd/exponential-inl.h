@@ -18,7 +18,7 @@ struct ReducedExponential {
   V power, p;
 };
 
-/// tau >= 0; beyond 87, where exp(-tau) leaves the normal floats, it counts as 87. Taylor polynomial of
+/// tau > -80: those of balanced lattices are slightly negative. Beyond 87, where exp(-tau) leaves the normal floats, it counts as 87. Taylor polynomial of
 /// degree 7 for e^f - 1: its relative error is below 2^-24 on the reduced interval.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE ReducedExponential<V> reduced_exponential(D d, V tau) {
@@ -39,14 +39,14 @@ HWY_INLINE ReducedExponential<V> reduced_exponential(D d, V tau) {
   return {hn::BitCast(d, hn::ShiftLeft<23>(exponent)), p};
 }
 
-/// exp(-tau) for tau >= 0, to 2 ulp; 1.6e-38 beyond tau = 87.
+/// exp(-tau) for tau > -80, to 2 ulp; 1.6e-38 beyond tau = 87.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V simd_transmittance(D d, V tau) {
   const auto e = reduced_exponential(d, tau);
   return hn::MulAdd(e.power, e.p, e.power);
 }
 
-/// 1 - exp(-tau) for tau >= 0, to 3 ulp however small tau is.
+/// 1 - exp(-tau) for tau > -80, to 3 ulp however small tau is.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE V simd_opacity(D d, V tau) {
   const auto e = reduced_exponential(d, tau);

@@ -21,12 +21,6 @@ Vec3i shifted_right(const Vec3i& p, int bits) {
   return {p.x >> bits, p.y >> bits, p.z >> bits};
 }
 
-/// 21 bits per axis: blocks of 128 cells in the range of int.
-uint64_t key_of(const Vec3i& block) {
-  constexpr uint64_t kMask = (1u << 21) - 1;
-  return (uint64_t(block.x) & kMask) << 42 | (uint64_t(block.y) & kMask) << 21 | (uint64_t(block.z) & kMask);
-}
-
 /// Values >= 0 order like their bits, and integers have minima that a compiler turns into vector code.
 ValueRange range_of(const float* values, size_t count) {
   int32_t lo = std::numeric_limits<int32_t>::max(), hi = 0;
@@ -48,8 +42,8 @@ ValueRange range_of(const float* values, size_t count) {
 const BrickGrid::Block* BrickGrid::block_at(const Vec3i& cell) const {
   const Vec3i block = shifted_right(cell, kBlockShift);
   if (m_block_table.empty()) {
-    const auto found = m_block_of_key.find(key_of(block));
-    return found == m_block_of_key.end() ? nullptr : &m_blocks[size_t(found->second)];
+    const auto found = m_block_at.find(block);
+    return found == m_block_at.end() ? nullptr : &m_blocks[size_t(found->second)];
   }
   const Vec3i at = block - m_table_lo;
   const bool is_inside = at.x >= 0 && at.x < m_table_size.x && at.y >= 0 && at.y < m_table_size.y &&
@@ -110,11 +104,9 @@ class BrickGridBuilder {
 
   /// The block, made where it is missing.
   WorkBlock& work_block(const Vec3i& block) {
-    const uint64_t key = key_of(block);
-    if (key != m_last_key || m_blocks.empty()) {
-      const auto [found, is_new] = m_index.try_emplace(key, m_blocks.size());
+    if (m_blocks.empty() || block != m_blocks[m_last].block) {
+      const auto [found, is_new] = m_index.try_emplace(block, m_blocks.size());
       if (is_new) m_blocks.emplace_back().block = block;
-      m_last_key = key;
       m_last = found->second;
     }
     return m_blocks[m_last];
@@ -135,7 +127,14 @@ class BrickGridBuilder {
 
   /// A voxel reaches one cell further down on each axis.
   void extend_bounds(const Vec3i& origin, int size) {
+    constexpr int kMargin = 1 << 13, kLowest = std::numeric_limits<int>::min() + kMargin,
+                  kHighest = std::numeric_limits<int>::max() - kMargin;
     for (int axis = 0; axis < 3; ++axis) {
+      if (origin[axis] < kLowest || origin[axis] > kHighest) {
+        throw Error(ErrorKind::failed, SourceLoc{},
+                    fmt::format("voxels at ({}, {}, {}); expected indices from {} to {}", origin.x, origin.y,
+                                origin.z, kLowest, kHighest));
+      }
       m_grid.m_lo[axis] = std::min(m_grid.m_lo[axis], origin[axis] - 1);
       m_grid.m_hi[axis] = std::max(m_grid.m_hi[axis], origin[axis] + size);
     }
@@ -150,12 +149,12 @@ class BrickGridBuilder {
     });
     for (size_t i = 0; i < m_leaves.size(); ++i) {
       if (reached[i] == 0) continue;
+      extend_bounds(m_leaves[i].origin, 8);
       const Vec3i brick = shifted_right(m_leaves[i].origin, kBrickShift);
       place_source(brick, int32_t(i));
       for (int n = 0; n < 8; ++n) {
         if (reached[i] >> n & 1) want(brick - Vec3i(n & 1, n >> 1 & 1, n >> 2));
       }
-      extend_bounds(m_leaves[i].origin, 8);
     }
   }
 
@@ -243,7 +242,7 @@ class BrickGridBuilder {
     std::sort(m_blocks.begin(), m_blocks.end(), [](const WorkBlock& a, const WorkBlock& b) {
       return std::array{a.block.x, a.block.y, a.block.z} < std::array{b.block.x, b.block.y, b.block.z};
     });
-    for (size_t i = 0; i < m_blocks.size(); ++i) m_index[key_of(m_blocks[i].block)] = i;
+    for (size_t i = 0; i < m_blocks.size(); ++i) m_index[m_blocks[i].block] = i;
   }
 
   void make_block_table() {
@@ -270,7 +269,7 @@ class BrickGridBuilder {
     for (size_t i = 0; i < m_blocks.size(); ++i) {
       m_grid.m_blocks[i].origin = m_blocks[i].block * BrickGrid::kBlockCells;
       if (!has_table) {
-        m_grid.m_block_of_key[key_of(m_blocks[i].block)] = int32_t(i);
+        m_grid.m_block_at[m_blocks[i].block] = int32_t(i);
         continue;
       }
       const Vec3i at = m_blocks[i].block - lo, n = m_grid.m_table_size;
@@ -284,14 +283,14 @@ class BrickGridBuilder {
   std::array<int32_t, 8> sources_of(const Vec3i& brick) const {
     std::array<int32_t, 8> sources;
     const WorkBlock* block = nullptr;
-    uint64_t key = 0;
+    Vec3i place(0);
     for (int n = 0; n < 8; ++n) {
       const Vec3i at = brick + Vec3i(n & 1, n >> 1 & 1, n >> 2);
-      const uint64_t key_here = key_of(shifted_right(at, kBlockShift - kBrickShift));
-      if (n == 0 || key_here != key) {
-        const auto found = m_index.find(key_here);
+      const Vec3i place_here = shifted_right(at, kBlockShift - kBrickShift);
+      if (n == 0 || place_here != place) {
+        const auto found = m_index.find(place_here);
         block = found == m_index.end() ? nullptr : &m_blocks[found->second];
-        key = key_here;
+        place = place_here;
       }
       sources[size_t(n)] = !block                   ? kNothing
                            : block->sources.empty() ? block->uniform
@@ -329,7 +328,6 @@ class BrickGridBuilder {
       wanted[i + 1] =
           wanted[i] + std::count(m_blocks[i].is_wanted.begin(), m_blocks[i].is_wanted.end(), char(1));
     }
-    check_memory(double(wanted.back()));
     m_wanted.resize(size_t(wanted.back()));
     parallel_for(m_blocks.size(), [&](size_t i) {
       size_t next = size_t(wanted[i]);
@@ -374,6 +372,7 @@ class BrickGridBuilder {
     slots[0] = int32_t(m_slot_of_uniform.size()) - 1;
     for (size_t task = 0; task < tasks; ++task) slots[task + 1] += slots[task];
     m_grid.m_slots = slots[tasks] + 1;
+    check_memory(double(m_grid.m_slots));
     m_grid.m_values = make_large_array<float>(size_t(m_grid.m_slots) * BrickGrid::kPitch);
     for (const auto& [value, slot] : m_slot_of_uniform) {
       std::fill_n(m_grid.m_values.get() + size_t(slot) * BrickGrid::kPitch, BrickGrid::kPitch, value);
@@ -434,8 +433,7 @@ class BrickGridBuilder {
   std::span<const VoxelLeaf> m_leaves;
   std::span<const VoxelTile> m_tiles;
   std::vector<WorkBlock> m_blocks;
-  std::unordered_map<uint64_t, size_t> m_index;  ///< of key: index into m_blocks
-  uint64_t m_last_key = 0;
+  BlockMap<size_t> m_index;  ///< into m_blocks
   size_t m_last = 0;
   std::vector<WantedBrick> m_wanted;
   double m_face_bricks = 0.0;

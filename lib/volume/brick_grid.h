@@ -25,14 +25,25 @@ struct ValueRange {
   }
 };
 
+/// Something for each of a few blocks, found by where they are.
+struct BlockHash {
+  size_t operator()(const Vec3i& block) const {
+    const auto bits = [](int i) { return uint64_t(uint32_t(i)); };
+    const uint64_t mixed = bits(block.x) * 0x9e3779b97f4a7c15u ^ bits(block.y) * 0xc2b2ae3d27d4eb4fu ^
+                           bits(block.z) * 0x165667b19e3779f9u;
+    return size_t(mixed ^ mixed >> 32);
+  }
+};
+template <class T>
+using BlockMap = std::unordered_map<Vec3i, T, BlockHash>;
+
 /// A sparse grid of values >= 0 in bricks laid out for marching; outside, the value is 0.
 ///
 /// Voxel values sit at integer index positions; cell (i, j, k) is the cube [i, i+1] x [j, j+1] x [k, k+1]. A
 /// brick covers 8^3 cells and stores the 9^3 values at their corners: every cell finds its corners in one
 /// brick, at fixed distances, for 1.42 times the memory of the voxels (METHODS §9.5 asks for the extra layer
 /// in any case). Three levels, each with exact ranges over interpolation footprints: blocks of 128^3 cells,
-/// bricks of 8^3 cells, cells. Bricks whose corner values are all alike share one copy of them; slot 0 holds
-/// zeros.
+/// bricks of 8^3 cells, cells. Bricks inside tiles of one value share one copy of it; slot 0 holds zeros.
 class BrickGrid {
  public:
   static constexpr int kBrickCells = 8;
@@ -66,7 +77,7 @@ class BrickGrid {
   /// The 9^3 corner values of a brick, at strides kStrideX, Y, Z.
   const float* values(const Brick& brick) const { return m_values.get() + size_t(brick.slot) * kPitch; }
 
-  /// All cells that may be non-zero, [lo, hi); lo > hi where there are none.
+  /// All cells that may be non-zero, [lo, hi); lo = hi where there are none.
   const Vec3i& lo() const { return m_lo; }
   const Vec3i& hi() const { return m_hi; }
 
@@ -85,9 +96,9 @@ class BrickGrid {
   friend class BrickGridBuilder;
 
   std::vector<Block> m_blocks;
-  std::unordered_map<uint64_t, int32_t> m_block_of_key;  ///< where the box of blocks is too large for a table
-  std::vector<int32_t> m_block_table;                    ///< block at a place in the box of blocks, or -1
-  Vec3i m_table_lo{0, 0, 0}, m_table_size{0, 0, 0};      ///< the box of blocks, in blocks
+  BlockMap<int32_t> m_block_at;                      ///< where the box of blocks is too large for a table
+  std::vector<int32_t> m_block_table;                ///< block at a place in the box of blocks, or -1
+  Vec3i m_table_lo{0, 0, 0}, m_table_size{0, 0, 0};  ///< the box of blocks, in blocks
   std::vector<Brick> m_bricks;
   LargeArray<float> m_values;
   int64_t m_slots = 0;
@@ -100,7 +111,7 @@ struct VoxelLeaf {
   const float* values;
 };
 
-/// A cube of voxels of one value; size and origin are multiples of 8.
+/// A cube of voxels of one value: 8, 128 or 4096 of them along its edge, at multiples of that.
 struct VoxelTile {
   Vec3i origin;
   int size;
@@ -108,8 +119,9 @@ struct VoxelTile {
 };
 
 /// Builds the grid from leaves and tiles that do not overlap; their values are finite and >= 0. Uses
-/// parallel_for; the result does not depend on threads or on the order of the sources. errors: Error(failed)
-/// where the bricks need more memory than half of what the machine has
+/// parallel_for; the result does not depend on threads or on the order of the sources.
+/// errors: Error(failed) where the bricks need more memory than half of what the machine has, or where voxels
+/// lie within 2^13 of the ends of the integers
 BrickGrid build_brick_grid(std::span<const VoxelLeaf> leaves, std::span<const VoxelTile> tiles);
 
 }  // namespace pileus

@@ -28,7 +28,8 @@ class NodeWalker {
   NodeWalker(const BrickPyramid& pyramid, const Ray& ray, Segment segment)
       : m_pyramid(pyramid), m_ray(ray), m_t(segment.t0), m_end(segment.t1) {
     for (int axis = 0; axis < 3; ++axis) {
-      m_inverse[axis] = ray.d[axis] == 0.0 ? 0.0 : 1.0 / ray.d[axis];
+      // A component whose reciprocal overflows moves the ray as little as 0 does.
+      m_inverse[axis] = std::isfinite(1.0 / ray.d[axis]) ? 1.0 / ray.d[axis] : 0.0;
       m_forward[axis] = ray.d[axis] > 0.0 ? 1 : 0;
       m_nodes[axis] = pyramid.levels()[kLevel].nodes[axis];
       const double at = std::floor((ray.o[axis] + m_t * ray.d[axis]) / kCells);
@@ -59,8 +60,8 @@ class NodeWalker {
 
  private:
   double crossing(int axis, int plane) const {
-    return m_ray.d[axis] == 0.0 ? std::numeric_limits<double>::infinity()
-                                : (plane - m_ray.o[axis]) * m_inverse[axis];
+    return m_inverse[axis] == 0.0 ? std::numeric_limits<double>::infinity()
+                                  : (plane - m_ray.o[axis]) * m_inverse[axis];
   }
   static int exit_axis(const double* exit) {
     if (exit[0] <= exit[1]) return exit[0] <= exit[2] ? 0 : 2;

@@ -1,0 +1,228 @@
+// Optical depths of lattices against the exact column of the field.
+#include "integrators/sun_lattice.h"
+
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <numbers>
+#include <random>
+
+#include <gtest/gtest.h>
+
+#include "lib/volume/grid_field.h"
+#include "tests/fixtures/blob_voxels.h"
+#include "tests/fixtures/simd_targets.h"
+#include "tests/fixtures/voxel_sources.h"
+
+namespace pileus {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// A grid as the kernels see it, and the exact answer beside it.
+struct LitGrid {
+  LitGrid(const VoxelSources& voxels, const Affine& map, double extinction)
+      : field(make_grid_field(voxels.build(), map)), pyramid(*field->bricks()), world_from_index(map) {
+    const BrickGrid& bricks = *field->bricks();
+    const Vec3d origin(pyramid.origin());
+    grid.pyramid = &pyramid;
+    grid.local_from_world = Affine::translation(-origin) * field->index_from_world();
+    grid.bounds = Box3d(Vec3d(bricks.lo()) - origin, Vec3d(bricks.hi()) - origin);
+    grid.extinction = extinction;
+  }
+
+  double exact(const Vec3d& p, const Vec3d& wi) const {
+    FieldCounters counters;
+    return grid.extinction * field->column({p, wi}, {0.0, kInfinity}, kInfinity, counters);
+  }
+
+  /// A point of the box of cells, in world space; 0 .. 1 along each axis.
+  Vec3d at(const Vec3d& share) const {
+    const Vec3d lo(field->bricks()->lo()), hi(field->bricks()->hi());
+    return world_from_index.point(lo + share * (hi - lo));
+  }
+
+  std::shared_ptr<const DensityField> field;
+  BrickPyramid pyramid;
+  Affine world_from_index;
+  MarchGrid grid;
+};
+
+VoxelSources blob(const Vec3d& center, const Vec3d& radii) {
+  VoxelSources voxels;
+  for_each_voxel_of_blob(center, radii, [&](const Vec3i& p, float rho) { voxels.set(p, rho); });
+  return voxels;
+}
+
+Affine turned(const Vec3d& axis, double angle, const Vec3d& scale, const Vec3d& offset) {
+  Imath::M44d rotation;
+  rotation.setAxisAngle(normalize(axis), angle);
+  return Affine::translation(offset) * Affine(rotation) * Affine::scaling(scale);
+}
+
+std::vector<Vec3d> directions() {
+  std::vector<Vec3d> all;
+  for (int n = 0; n < 27; ++n) {
+    if (n == 13) continue;
+    all.push_back(normalize(Vec3d(n % 3 - 1, n / 3 % 3 - 1, n / 9 - 1)));
+  }
+  all.push_back(normalize(Vec3d(0.3, 0.8, 0.5)));
+  all.push_back(normalize(Vec3d(1e-9, 1, -1e-12)));
+  all.push_back(normalize(Vec3d(0.99, 1, -0.98)));
+  all.push_back(normalize(Vec3d(0.2, -0.1, -0.7)));
+  return all;
+}
+
+/// Root mean square of the error over random points of the grid's box.
+double rms_error(const LitGrid& lit, const Vec3d& wi, double spacing, double* largest = nullptr) {
+  const SunLattice lattice = build_sun_lattice(lit.grid, wi, spacing);
+  std::mt19937 random(41);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  double sum = 0.0;
+  constexpr int kPoints = 3000;
+  for (int n = 0; n < kPoints; ++n) {
+    const Vec3d p = lit.at({uniform(random), uniform(random), uniform(random)});
+    const double error = sun_depth(lattice, p) - lit.exact(p, wi);
+    if (largest) *largest = std::max(*largest, std::abs(error));
+    sum += error * error;
+  }
+  return std::sqrt(sum / kPoints);
+}
+
+/// Largest exact depth over points of the box.
+double deepest(const LitGrid& lit, const Vec3d& wi) {
+  double depth = 0.0;
+  for (int n = 0; n < 1000; ++n)
+    depth = std::max(depth, lit.exact(lit.at(Vec3d(n % 10, n / 10 % 10, n / 100) / 9.0), wi));
+  return depth;
+}
+
+TEST(SunLattice, second_order_on_a_smooth_blob) {
+  const LitGrid lit(blob({3, 40, -20}, {40, 34, 37}), Affine(), 0.1);
+  for (const Vec3d& wi : directions()) {
+    const double scale = deepest(lit, wi);
+    const double at_8 = rms_error(lit, wi, 8), at_4 = rms_error(lit, wi, 4), at_2 = rms_error(lit, wi, 2);
+    EXPECT_LT(at_8, 0.03 * scale) << wi;
+    EXPECT_GT(at_8 / at_4, 2.8) << wi << ": " << at_8 << ", " << at_4 << ", " << at_2;
+    EXPECT_GT(at_4 / at_2, 2.5) << wi << ": " << at_8 << ", " << at_4 << ", " << at_2;
+    EXPECT_LT(at_2, 0.002 * scale) << wi;
+  }
+}
+
+TEST(SunLattice, affine_grids) {
+  const VoxelSources voxels = blob({0, 0, 0}, {30, 26, 34});
+  const Affine maps[] = {
+      Affine::scaling({0.01, 0.01, 0.01}),
+      turned({1, 2, 3}, 1.1, {0.5, 0.5, 0.5}, {3, -7, 11}),
+      turned({3, -1, 2}, 2.5, {0.2, 1.5, 0.7}, {-100, 40, 3}),
+      turned({0, 1, 0}, 0.3, {-0.5, 0.5, 0.25}, {0, 0, 0}),                        // mirrored
+      Affine(Imath::M44d(1, 0.4, 0, 0, 0, 1, 0.3, 0, -0.2, 0, 1, 0, 5, 6, 7, 1)),  // sheared
+      turned({1, 2, 3}, 1.1, {0.5, 0.5, 0.5}, {1e5, -1e5, 1e5}),
+  };
+  for (const Affine& map : maps) {
+    const double voxel = std::cbrt(std::abs(map.determinant()));
+    const LitGrid lit(voxels, map, 0.1 / voxel);
+    for (const Vec3d& wi : directions()) {
+      const double scale = deepest(lit, wi), at_4 = rms_error(lit, wi, 4), at_2 = rms_error(lit, wi, 2);
+      EXPECT_LT(at_4, 0.01 * scale) << wi << map.matrix();
+      EXPECT_GT(at_4 / at_2, 2.3) << wi << map.matrix();
+    }
+  }
+}
+
+TEST(SunLattice, random_voxels_get_closer_with_finer_spacing) {
+  std::mt19937 random(43);
+  VoxelSources voxels;
+  for (int n = 0; n < 27; ++n) voxels.add_random_leaf(Vec3i(n % 3, n / 3 % 3, n / 9) * 8, random, 0.5);
+  voxels.add_tile({24, 8, 8}, 8, 0.9f);
+  const LitGrid lit(voxels, Affine(), 0.2);
+  for (const Vec3d& wi : directions()) {
+    const double scale = deepest(lit, wi);
+    double largest = 0.0;
+    const double at_4 = rms_error(lit, wi, 4), at_1 = rms_error(lit, wi, 1),
+                 finest = rms_error(lit, wi, 0.5, &largest);
+    EXPECT_LT(finest, 0.02 * scale) << wi;
+    EXPECT_LT(largest, 0.15 * scale) << wi;
+    EXPECT_LT(at_1, 0.5 * at_4) << wi;
+    EXPECT_LT(finest, at_1) << wi;
+  }
+}
+
+TEST(SunLattice, points_outside) {
+  const LitGrid lit(blob({3, 40, -20}, {40, 34, 37}), turned({1, 2, 0}, 0.4, {0.5, 0.5, 0.4}, {10, 20, 30}),
+                    0.2);
+  std::mt19937 random(44);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (const Vec3d& wi : directions()) {
+    const double scale = deepest(lit, wi);
+    const SunLattice lattice = build_sun_lattice(lit.grid, wi, 3);
+    int shaded = 0;
+    for (int n = 0; n < 500; ++n) {
+      const Vec3d inside = lit.at({uniform(random), uniform(random), uniform(random)});
+      for (const double away : {40.0, 80.0, 1e3, 1e5}) {
+        const Vec3d dark = inside - away * wi, bright = inside + away * wi;
+        const double expected = lit.exact(dark, wi);
+        ASSERT_NEAR(sun_depth(lattice, dark), expected, 0.02 * scale + 1e-9 * away) << wi << ", " << away;
+        shaded += expected > 0.1 * scale;
+        ASSERT_NEAR(sun_depth(lattice, bright), lit.exact(bright, wi), 0.02 * scale) << wi << ", " << away;
+        // Beside: moved across the light, as far as no line from there meets the box.
+        const Vec3d across = normalize(cross(wi, std::abs(wi.x) < 0.5 ? Vec3d(1, 0, 0) : Vec3d(0, 1, 0)));
+        ASSERT_NEAR(sun_depth(lattice, inside + (away + 100.0) * across), 0.0, 1e-3 * scale)
+            << wi << ", " << away;
+      }
+    }
+    EXPECT_GT(shaded, 100) << wi;
+  }
+}
+
+TEST(SunLattice, an_empty_grid_casts_no_shadow) {
+  const LitGrid lit(VoxelSources(), Affine(), 5.0);
+  for (const Vec3d& wi : directions()) {
+    const SunLattice lattice = build_sun_lattice(lit.grid, wi, 2);
+    for (int axis = 0; axis < 3; ++axis) ASSERT_GE(lattice.size[axis], 2) << wi;
+    for (const Vec3d& p : {Vec3d(0), Vec3d(10, -3, 7), Vec3d(-1e5, 1, 1)})
+      EXPECT_EQ(sun_depth(lattice, p), 0.0);
+  }
+}
+
+TEST(SunLattice, one_voxel) {
+  VoxelSources voxels;
+  voxels.set({5, 5, 5}, 1.0f);
+  const LitGrid lit(voxels, Affine(), 2.0);
+  for (const Vec3d& wi : directions()) {
+    const SunLattice lattice = build_sun_lattice(lit.grid, wi, 0.5);
+    EXPECT_NEAR(sun_depth(lattice, Vec3d(5.0)), lit.exact(Vec3d(5.0), wi), 0.35) << wi;
+    EXPECT_NEAR(sun_depth(lattice, Vec3d(5.0) - 3.0 * wi), lit.exact(Vec3d(5.0) - 3.0 * wi, wi), 0.5) << wi;
+    EXPECT_NEAR(sun_depth(lattice, Vec3d(5.0) + 3.0 * wi), 0.0, 0.05) << wi;
+  }
+}
+
+TEST(SunLattice, no_depth_is_far_below_zero_however_dense_the_grid) {
+  // Negative depths brighten: a floor keeps responses close to what a medium can scatter.
+  VoxelSources voxels = blob({0, 0, 0}, {20, 20, 20});
+  voxels.add_tile({32, 0, 0}, 8, 1.0f);
+  for (const double extinction : {1e-8, 1.0, 1e4}) {
+    const LitGrid lit(voxels, Affine(), extinction);
+    for (const Vec3d& wi : directions()) {
+      const SunLattice lattice = build_sun_lattice(lit.grid, wi, 4);
+      const size_t count = size_t(lattice.size.x) * size_t(lattice.size.y) * size_t(lattice.size.z);
+      for (size_t n = 0; n < count; ++n)
+        ASSERT_GE(lattice.tau[n], -0.1f) << wi << ", extinction " << extinction;
+    }
+  }
+}
+
+TEST(SunLattice, all_instruction_sets_agree) {
+  const LitGrid lit(blob({3, 4, 5}, {20, 18, 16}), Affine(), 0.3);
+  const Vec3d wi = normalize(Vec3d(0.3, 0.8, 0.5));
+  const SunLattice reference = build_sun_lattice(lit.grid, wi, 2.5);
+  const size_t count = size_t(reference.size.x) * size_t(reference.size.y) * size_t(reference.size.z);
+  for_each_simd_target([&](const std::string& target) {
+    const SunLattice lattice = build_sun_lattice(lit.grid, wi, 2.5);
+    ASSERT_EQ(lattice.size, reference.size);
+    for (size_t n = 0; n < count; ++n) ASSERT_NEAR(lattice.tau[n], reference.tau[n], 1e-5) << target;
+  });
+}
+
+}  // namespace
+}  // namespace pileus
