@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lib/core/build_features.h"
 #include "lib/math/transmittance.h"
 #include "lib/volume/node_walker.h"
 
@@ -751,11 +752,15 @@ void march_rays_impl(const MarchScene& scene, std::span<const MarchRay> rays, st
   const bool is_plain = !scene.several_terms && !scene.height_light;
   const bool is_simple =
       scene.grids.size() == 1 && scene.grids[0].extinction > 0.0 && !(scene.shadow_step > 0.0);
-  if (!is_simple) return march_with<0, -1, false>(scene, rays, results, sums);
+  if constexpr (kHasSeveralMedia) {
+    if (!is_simple) return march_with<0, -1, false>(scene, rays, results, sums);
+  }
   if (!is_plain) return march_with<1, -1, false>(scene, rays, results, sums);
-  if (scene.lights == 0) return march_with<1, 0, true>(scene, rays, results, sums);
-  if (scene.lights == 1) return march_with<1, 1, true>(scene, rays, results, sums);
-  march_with<1, -1, true>(scene, rays, results, sums);
+  if constexpr (kHasShadows) {
+    if (scene.lights == 1) return march_with<1, 1, true>(scene, rays, results, sums);
+    if (scene.lights > 1) return march_with<1, -1, true>(scene, rays, results, sums);
+  }
+  march_with<1, 0, true>(scene, rays, results, sums);
 }
 
 /// Optical depth of every piece between neighbouring nodes of one line, then summed from the sun's side.
