@@ -27,6 +27,7 @@
 #include "integrators/lighting.h"
 #include "integrators/march_scene.h"
 #include "integrators/sunlight.h"
+#include "lib/core/build_features.h"
 #include "lib/core/error.h"
 #include "lib/core/param_table.h"
 #include "lib/math/transmittance.h"
@@ -92,7 +93,7 @@ class MarchTracer final : public Tracer {
           stride(march.kernel.grids.size() * sums_per_grid(march.kernel)),
           sums(all.size() * stride) {
       march.weights_for(all[0].d, weights);
-      if (march.is_isotropic()) return;
+      if (!kHasPhase || march.is_isotropic()) return;
       const size_t count = weights.size();
       weights.resize(all.size() * count);
       std::vector<float> own;

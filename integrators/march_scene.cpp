@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "integrators/lighting.h"
+#include "lib/core/build_features.h"
 #include "lib/math/box.h"
 
 namespace pileus {
@@ -118,7 +119,7 @@ Rgb MarchWorld::radiance(const double* sums) const {
   const size_t stride = sums_per_grid(kernel), lights = m_suns.size();
   for (size_t g = 0; g < kernel.grids.size(); ++g, sums += stride) {
     const WorldMedium& medium = m_world.media[g];
-    radiance += medium.emission * sums[0];
+    if constexpr (kHasEmission) radiance += medium.emission * sums[0];
     for (size_t l = 0; l < lights; ++l) radiance += m_colours[g * lights + l] * sums[2 + l];
     const AmbientLight& sky = medium.ambient;
     if (!sky.is_on()) continue;

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <limits>
 
+#include "lib/core/build_features.h"
+
 namespace pileus {
 
 Film::Film(int width, int height, int pixel_rays, const EffectPlan& plan) : m_weight(1.0 / pixel_rays) {
@@ -45,11 +47,13 @@ void Film::set_pixel(int x, int y, std::span<const RayResult> rays) {
   set(m_green, pixel, radiance.y);
   set(m_blue, pixel, radiance.z);
   set(m_alpha, pixel, 1.0 - transmittance);
-  set(m_transmittance, pixel, transmittance);
-  set(m_z, pixel, z);
-  set(m_z_half, pixel, z_half);
-  set(m_samples, pixel, samples);
-  set(m_error, pixel, error);
+  if constexpr (kHasAovs) {
+    set(m_transmittance, pixel, transmittance);
+    set(m_z, pixel, z);
+    set(m_z_half, pixel, z_half);
+    set(m_samples, pixel, samples);
+    set(m_error, pixel, error);
+  }
   m_errors[pixel] = float(error);
 }
 

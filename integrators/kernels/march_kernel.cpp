@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lib/core/build_features.h"
 #include "lib/math/transmittance.h"
 #include "lib/volume/node_walker.h"
 
@@ -635,13 +636,13 @@ class Marcher {
   /// Inside its step the density is taken as constant.
   void find_half(V before, V opacity, const float* t, const float* dt) {
     const D d;
-    alignas(64) float passed[kLanes], step[kLanes];
+    alignas(64) float passed[kLanes], stopped[kLanes];
     hn::Store(before, d, passed);
-    hn::Store(opacity, d, step);
+    hn::Store(opacity, d, stopped);
     size_t i = kLanes - 1;
     while (i > 0 && passed[i] < 0.5f) --i;
-    const double depth = -std::log1p(-double(step[i])), wanted = std::log(2.0 * double(passed[i]));
-    const double share = depth > 0.0 ? std::clamp(wanted / depth, 0.0, 1.0) : 0.5;
+    const double depth = -std::log1p(-double(stopped[i])), wanted = std::log(2.0 * double(passed[i]));
+    const double share = std::clamp(wanted / depth, 0.0, 1.0);
     m_z_half = m_t_base + double(t[i]) + (share - 0.5) * double(dt[i]);
   }
 
@@ -751,11 +752,15 @@ void march_rays_impl(const MarchScene& scene, std::span<const MarchRay> rays, st
   const bool is_plain = !scene.several_terms && !scene.height_light;
   const bool is_simple =
       scene.grids.size() == 1 && scene.grids[0].extinction > 0.0 && !(scene.shadow_step > 0.0);
-  if (!is_simple) return march_with<0, -1, false>(scene, rays, results, sums);
+  if constexpr (kHasSeveralMedia) {
+    if (!is_simple) return march_with<0, -1, false>(scene, rays, results, sums);
+  }
   if (!is_plain) return march_with<1, -1, false>(scene, rays, results, sums);
-  if (scene.lights == 0) return march_with<1, 0, true>(scene, rays, results, sums);
-  if (scene.lights == 1) return march_with<1, 1, true>(scene, rays, results, sums);
-  march_with<1, -1, true>(scene, rays, results, sums);
+  if constexpr (kHasShadows) {
+    if (scene.lights == 1) return march_with<1, 1, true>(scene, rays, results, sums);
+    if (scene.lights > 1) return march_with<1, -1, true>(scene, rays, results, sums);
+  }
+  march_with<1, 0, true>(scene, rays, results, sums);
 }
 
 /// Optical depth of every piece between neighbouring nodes of one line, then summed from the sun's side.
