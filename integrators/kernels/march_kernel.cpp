@@ -642,7 +642,7 @@ class Marcher {
     size_t i = kLanes - 1;
     while (i > 0 && passed[i] < 0.5f) --i;
     const double depth = -std::log1p(-double(stopped[i])), wanted = std::log(2.0 * double(passed[i]));
-    const double share = std::clamp(wanted / depth, 0.0, 1.0);
+    const double share = depth > 0.0 ? std::clamp(wanted / depth, 0.0, 1.0) : 0.5;
     m_z_half = m_t_base + double(t[i]) + (share - 0.5) * double(dt[i]);
   }
 
