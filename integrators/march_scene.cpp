@@ -16,6 +16,18 @@ double largest(const Rgb& rgb) {
   return std::max({rgb.x, rgb.y, rgb.z});
 }
 
+bool solids_shadow_media(const World& world) {
+  for (const auto& light : world.lights) {
+    const Vec3d towards_sun = light->at(Vec3d(0.0)).wi;
+    for (const auto& shape : world.shapes) {
+      for (const WorldMedium& medium : world.media) {
+        if (shape->may_shadow(medium.density->bounds(), towards_sun)) return true;
+      }
+    }
+  }
+  return false;
+}
+
 }  // namespace
 
 std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
@@ -24,7 +36,7 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
     if (!medium.density->bricks()) return "volume \"" + medium.name + "\" is not a grid";
   }
   if (plan.scattering && plan.local_lights) return "a light at a finite distance";
-  if (plan.scattering && plan.surface_shadows) return "solids cast shadows into media";
+  if (plan.scattering && solids_shadow_media(world)) return "solids cast shadows into media";
   return "";
 }
 
