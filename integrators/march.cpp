@@ -23,9 +23,12 @@
 #include <memory>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/lighting.h"
 #include "integrators/march_scene.h"
+#include "integrators/ray_enclosure.h"
 #include "integrators/sun_cache.h"
 #include "lib/core/error.h"
 #include "lib/core/param_table.h"
@@ -43,6 +46,13 @@ constexpr double kEstimateSafety = 2.0;
 
 /// Steps at first try: so that few rays need another.
 constexpr double kFirstQuality = 20.0;
+
+/// A bound need not be narrower than this share of the tolerance.
+constexpr double kBoundShare = 0.05;
+
+bool wants_bound(const EffectPlan& plan) {
+  return plan.aovs.count("error_bound") > 0;
+}
 
 double largest(const Rgb& rgb) {
   return std::max({rgb.x, rgb.y, rgb.z});
@@ -65,10 +75,11 @@ class MarchTracer final : public Tracer, private ShadowRays {
     kernel.is_leaping = options.leaping;
     kernel.stop = kStopShare * m_tolerance / std::max(1.0, m_march.brightest());
     if (plan.scattering) choose_sunlight(accuracy.picture, options);
+    if (wants_bound(plan)) prepare_bound();
     m_quality = kFirstQuality * kStepShare * m_tolerance / std::max(m_march.brightest(), 1e-3);
   }
 
-  size_t rays_per_call() const override { return m_march.kernel.shadow_rays ? 16 : 256; }
+  size_t rays_per_call() const override { return m_march.kernel.shadow_rays || m_enclosed ? 16 : 256; }
 
   std::vector<std::string> choices() const override { return m_choices; }
 
@@ -79,6 +90,7 @@ class MarchTracer final : public Tracer, private ShadowRays {
     march(packet);
     refine(packet);
     for (size_t i = 0; i < rays.size(); ++i) results[i] = finish_ray(packet, i, tile);
+    if (m_enclosed) bound_errors(packet, results, counters);
     tile.add_to(counters);
   }
 
@@ -132,6 +144,13 @@ class MarchTracer final : public Tracer, private ShadowRays {
       m_choices.push_back("sunlight: a shadow ray per sample, as asked for");
     }
     m_march.kernel.shadow_rays = this;
+  }
+
+  void prepare_bound() {
+    m_enclosed = std::make_unique<EnclosedWorld>(m_world, m_plan, m_march);
+    m_choices.push_back(
+        fmt::format("error_bound: proven ray by ray, with {:.1f} MB of what the grids' curvature can do",
+                    1e-6 * double(m_enclosed->memory_bytes())));
   }
 
   double depth(int light, const Vec3d& p_world) const override {
@@ -230,22 +249,36 @@ class MarchTracer final : public Tracer, private ShadowRays {
     return result;
   }
 
+  void bound_errors(const Packet& packet, std::span<RayResult> results, Counters& counters) const {
+    RayEnclosure enclosure(*m_enclosed);
+    const RayEnclosure::Goal goal{kBoundShare * m_tolerance};
+    for (size_t i = 0; i < results.size(); ++i) {
+      results[i].bound = enclosure.error_bound(packet.rays[i], packet.jobs[i].segment, packet.behind[i],
+                                               results[i].radiance, goal);
+    }
+    counters["bound_samples"] += enclosure.counters.density_samples;
+    counters["bound_lookups"] += enclosure.depth_lookups;
+  }
+
   static constexpr double kOpaque = 1e3;
 
   const World& m_world;
   const EffectPlan& m_plan;
   double m_tolerance;
   MarchWorld m_march;
-  double m_quality = 0.0;      ///< of steps, at first try
-  double m_cache_error = 0.0;  ///< of the sun's cache, for a pixel of opacity 1
+  double m_quality = 0.0;                           ///< of steps, at first try
+  std::unique_ptr<const EnclosedWorld> m_enclosed;  ///< where a bound is asked for
+  double m_cache_error = 0.0;                       ///< of the sun's cache, for a pixel of opacity 1
   std::vector<std::string> m_choices;
 };
 
 /// Rays that the march cannot do.
 class OtherTracer final : public Tracer {
  public:
-  OtherTracer(std::unique_ptr<const Tracer> exact, const std::string& why)
-      : m_exact(std::move(exact)), m_choices{"rays go to \"exact\": " + why} {}
+  OtherTracer(std::unique_ptr<const Tracer> exact, const std::string& why, const EffectPlan& plan)
+      : m_exact(std::move(exact)), m_choices{"rays go to \"exact\": " + why} {
+    if (wants_bound(plan)) m_choices.push_back("error_bound: none, \"exact\" estimates its error");
+  }
 
   std::vector<std::string> choices() const override { return m_choices; }
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
@@ -272,7 +305,7 @@ struct March final : Integrator {
         accuracy.tolerance > 0.0 ? MarchWorld::obstacle(world, plan) : "the tolerance is 0";
     if (obstacle.empty()) return std::make_unique<MarchTracer>(world, plan, accuracy, options);
     const auto exact = std::dynamic_pointer_cast<Integrator>(plugin_registry().find(kKind, "exact")->make());
-    return std::make_unique<OtherTracer>(exact->prepare(world, plan, accuracy), obstacle);
+    return std::make_unique<OtherTracer>(exact->prepare(world, plan, accuracy), obstacle, plan);
   }
 };
 

@@ -53,7 +53,8 @@ class Pass {
         m_options(options),
         m_world(world),
         m_crop(crop),
-        m_tracer(scene.render.integrator->prepare(world, plan, {scene.render.tolerance, coarseness, scene.render.size})) {}
+        m_tracer(scene.render.integrator->prepare(world, plan,
+                                                  {scene.render.tolerance, coarseness, scene.render.size})) {}
 
   /// Renders the tiles that are not done yet. Returns false where it was stopped: `tiles` then says what is
   /// done.
@@ -86,7 +87,8 @@ class Pass {
     trace(rays, results, tile_counters, must_stop);
     const size_t rays_per_pixel = rays.size() / pixels.size();
     for (size_t i = 0; i < pixels.size(); ++i) {
-      film.set_pixel(pixels[i].x, pixels[i].y, std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
+      film.set_pixel(pixels[i].x, pixels[i].y,
+                     std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
     }
     finish_tile(index, tile_counters);
   }
@@ -267,11 +269,13 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
       pass = make_pass(1.0);
       render_fully(*pass, options, fingerprint_of(scene, crop));
     }
-    rendering.image = std::move(pass->film.image());
     report.counters = std::move(pass->counters);
     report.choices = pass->choices();
     report.max_error_estimate = pass->film.max_error();
     report.mean_error_estimate = pass->film.mean_error();
+    report.max_error_bound = pass->film.max_bound();
+    report.mean_error_bound = pass->film.mean_bound();
+    rendering.image = std::move(pass->film.image());
     report.seconds["render"] = seconds_since(render_start);
   });
 
