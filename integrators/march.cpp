@@ -253,8 +253,10 @@ class MarchTracer final : public Tracer, private ShadowRays {
     RayEnclosure enclosure(*m_enclosed);
     const RayEnclosure::Goal goal{kBoundShare * m_tolerance};
     for (size_t i = 0; i < results.size(); ++i) {
-      results[i].bound = enclosure.error_bound(packet.rays[i], packet.jobs[i].segment, packet.behind[i],
-                                               results[i].radiance, goal);
+      const Rgb& estimate = results[i].radiance;
+      results[i].bound = error_bound(
+          enclosure.enclose(packet.rays[i], packet.jobs[i].segment, packet.behind[i], estimate, goal),
+          estimate);
     }
     counters["bound_samples"] += enclosure.counters.density_samples;
     counters["bound_lookups"] += enclosure.depth_lookups;

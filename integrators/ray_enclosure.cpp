@@ -28,6 +28,12 @@ EnclosedRgb scaled(const Rgb& colour, const Enclosed& number) {
 
 }  // namespace
 
+double error_bound(const EnclosedRgb& exact, const Rgb& estimate) {
+  const Rgb error = absolute(estimate - exact.mid) + exact.half;
+  const bool is_known = std::isfinite(error.x) && std::isfinite(error.y) && std::isfinite(error.z);
+  return is_known ? largest(error) : std::numeric_limits<double>::infinity();
+}
+
 EnclosedWorld::EnclosedWorld(const World& world, const EffectPlan& plan, const MarchWorld& march)
     : m_world(world), m_plan(plan), m_march(march) {
   for (const MarchGrid& grid : march.kernel.grids) {
@@ -63,15 +69,23 @@ RayEnclosure::RayEnclosure(const EnclosedWorld& enclosed)
   m_pieces.resize(m_world.media.size());
 }
 
-double RayEnclosure::error_bound(const Ray& ray, Segment segment, const Rgb& behind, const Rgb& estimate,
-                                 const Goal& goal) {
+EnclosedRgb RayEnclosure::enclose(const Ray& ray, Segment segment, const Rgb& behind, const Rgb& estimate,
+                                  const Goal& goal) {
   m_ray = ray;
   m_profile.build(m_world, ray, segment, {}, counters);
   set_weights(-ray.d);
   cut_stretches(ray);
-  if (m_stretches.empty()) return largest(estimate - behind);
+  if (m_stretches.empty()) return {behind, Rgb(0.0)};
 
   const Rgb passed = transmittance(m_profile.tau()) * behind;
+  narrow(estimate - passed, goal);
+  EnclosedRgb total{passed, Rgb(rounding(behind, m_stretches.back().t1))};
+  for (const Stretch& stretch : m_stretches) total += stretch.radiance;
+  return total;
+}
+
+/// Refines the stretches, those first where it pays most, until their sum is narrow enough.
+void RayEnclosure::narrow(const Rgb& estimate, const Goal& goal) {
   EnclosedRgb total;
   std::vector<std::pair<double, size_t>> queue;  // what dividing a stretch once more is worth
   const auto enqueue = [&](size_t i) {
@@ -85,9 +99,9 @@ double RayEnclosure::error_bound(const Ray& ray, Segment segment, const Rgb& beh
   }
   const uint64_t last_lookup = depth_lookups + goal.most_lookups;
   for (size_t round = 0; round < goal.most_lookups && depth_lookups < last_lookup; ++round) {
-    if (!(queue.front().first > 0.0)) break;
-    const double width = largest(total.half), distance = largest(estimate - passed - total.mid);
-    if (width <= std::max(goal.half_width, goal.share * distance)) break;
+    const double width = largest(total.half), distance = largest(estimate - total.mid);
+    const bool is_narrow = width <= std::max(goal.half_width, goal.share * distance);
+    if (is_narrow || !(queue.front().first > 0.0)) break;
     std::pop_heap(queue.begin(), queue.end());
     const size_t i = queue.back().second;
     queue.pop_back();
@@ -98,12 +112,6 @@ double RayEnclosure::error_bound(const Ray& ray, Segment segment, const Rgb& beh
     total += stretch.radiance;
     enqueue(i);
   }
-
-  total = {};
-  for (const Stretch& stretch : m_stretches) total += stretch.radiance;
-  const Rgb error = absolute(estimate - passed - total.mid) + total.half;
-  const double bound = largest(error) + rounding(behind, m_stretches.back().t1);
-  return std::isnan(bound) ? std::numeric_limits<double>::infinity() : bound;
 }
 
 void RayEnclosure::set_weights(const Vec3d& wo) {

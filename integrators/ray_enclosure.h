@@ -33,6 +33,9 @@ class EnclosedWorld {
   std::vector<std::unique_ptr<CurvatureGrid>> m_curvatures;  ///< null where nothing is dimmed
 };
 
+/// Upper bound of |estimate - exact| in every channel.
+double error_bound(const EnclosedRgb& exact, const Rgb& estimate);
+
 /// An interval, per channel, that is proven to hold the exact radiance of a ray. Knows nothing of how anybody
 /// else computes that radiance. Keeps its memory between rays.
 ///
@@ -52,10 +55,11 @@ class RayEnclosure {
     size_t most_lookups = 20000;  ///< of exact depths, at which it must do in any case
   };
 
-  /// Upper bound of |estimate - exact radiance| in every channel.
+  /// The radiance of a ray.
   ///   behind: radiance that arrives from the end of the segment
-  double error_bound(const Ray& ray, Segment segment, const Rgb& behind, const Rgb& estimate,
-                     const Goal& goal);
+  ///   estimate: what the interval will be compared with
+  EnclosedRgb enclose(const Ray& ray, Segment segment, const Rgb& behind, const Rgb& estimate,
+                      const Goal& goal);
 
   FieldCounters counters;      ///< of exact depths
   uint64_t depth_lookups = 0;  ///< exact depths, and bounds of their variation
@@ -85,6 +89,7 @@ class RayEnclosure {
     EnclosedRgb radiance;
   };
 
+  void narrow(const Rgb& estimate, const Goal& goal);
   void set_weights(const Vec3d& wo);
   void cut_stretches(const Ray& ray);
   void add_stretches(const Ray& ray, size_t span, bool is_joined);

@@ -1,0 +1,171 @@
+// What is proven about the error of `march` is hunted for counterexamples: each step of the proof by itself,
+// then the whole.
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "integrators/ray_enclosure.h"
+#include "lib/core/parallel.h"
+#include "lib/math/transmittance.h"
+#include "tests/fixtures/random_world.h"
+
+namespace pileus {
+namespace {
+
+constexpr double kAll = std::numeric_limits<double>::infinity();
+
+double largest(const Rgb& rgb) {
+  return std::max({std::abs(rgb.x), std::abs(rgb.y), std::abs(rgb.z)});
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0.0 : values[values.size() / 2];
+}
+
+std::unique_ptr<const Tracer> tracer(const char* name, const RandomWorld& random, double tolerance) {
+  const auto integrator =
+      std::dynamic_pointer_cast<Integrator>(plugin_registry().find(Integrator::kKind, name)->make());
+  return integrator->prepare(random.world, random.plan, {tolerance, 1.0, {64, 64}});
+}
+
+std::vector<RayResult> trace(const Tracer& tracer, std::span<const Ray> rays) {
+  std::vector<RayResult> results(rays.size());
+  Counters counters;
+  tracer.trace(rays, results, counters);
+  return results;
+}
+
+/// The variation of the derivative of the optical depth along a step is at least what second differences of
+/// exact depths show of it.
+TEST(ErrorBound, optical_depth_bends_no_more_than_the_curvature_grid_says) {
+  std::vector<double> shares;
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    RandomWorld random(seed);
+    if (random.world.lights.empty()) continue;
+    const MarchWorld march(random.world, random.plan);
+    const EnclosedWorld enclosed(random.world, random.plan, march);
+    FieldCounters counters;
+    for (int n = 0; n < 60; ++n) {
+      const Ray ray = random.ray();
+      const double scale = random.world.media[0].density->feature_size();
+      const Vec3d middle = ray.at(random.uniform(0.0, 20.0) * scale);
+      const Vec3d step = ray.d * (scale * random.logarithmic(0.01, 6.0));
+      constexpr int kSteps = 24;
+      std::array<double, kSteps + 1> depth;
+      for (int i = 0; i <= kSteps; ++i) {
+        depth[size_t(i)] = march.exact_depth(0, middle + (double(i) / kSteps - 0.5) * step, counters);
+      }
+      double variation = 0.0;
+      for (size_t i = 1; i < kSteps; ++i) {
+        variation += kSteps * std::abs((depth[i + 1] - depth[i]) - (depth[i] - depth[i - 1]));
+      }
+      const double bound = enclosed.depth_variation(0, middle, step);
+      EXPECT_LE(variation, bound + 1e-10 * (1.0 + depth[0])) << "seed " << seed << ", line " << n;
+      if (bound > 1e-6 && variation > 1e-6) shares.push_back(variation / bound);
+    }
+  }
+  EXPECT_GT(shares.size(), 1500u);
+  // Somewhere the bound is nearly reached, or it would be a poor one.
+  EXPECT_GT(*std::max_element(shares.begin(), shares.end()), 0.9);
+  std::printf("variation / bound: median %.2f\n", median(shares));
+}
+
+/// Integrals of a part against many small Gauss panels.
+TEST(ErrorBound, integrals_of_parts_lie_in_their_intervals) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (int n = 0; n < 5000; ++n) {
+    const double t0 = 3.0 * uniform(random), length = std::pow(10.0, 3.0 * uniform(random) - 2.0);
+    std::vector<DensityPiece> pieces(2);
+    std::vector<double> extinction;
+    for (DensityPiece& piece : pieces) {
+      piece.t0 = t0;
+      piece.t1 = t0 + length;
+      for (double& rho : piece.rho) rho = uniform(random) < 0.2 ? 0.0 : uniform(random);
+      extinction.push_back(std::pow(10.0, 4.0 * uniform(random) - 3.0));
+    }
+    if (n % 3 == 0) pieces[1] = {};
+    const double tau0 = uniform(random), a = 4.0 * uniform(random),
+                 b = 4.0 * uniform(random) * uniform(random);
+    PartIntegrals part;
+    part.set(t0, t0 + length, tau0, pieces, extinction);
+    double seen = 0.0, slope = 0.0, dimmed = 0.0;
+    constexpr int kPanels = 200;
+    for (int panel = 0; panel < kPanels; ++panel) {
+      for (size_t q = 0; q < GaussLegendre8::kX.size(); ++q) {
+        const double u = (panel + GaussLegendre8::kX[q]) / kPanels, t = t0 + u * length;
+        double tau = tau0 + extinction[0] * column_to(pieces[0], t);
+        if (n % 3 != 0) tau += extinction[1] * column_to(pieces[1], t);
+        const double weight =
+            GaussLegendre8::kWeight[q] * length / kPanels * transmittance(tau) * density_at(pieces[0], t);
+        seen += weight;
+        slope += weight * (u - 0.5);
+        dimmed += weight * transmittance(a + (b - a) * u);
+      }
+    }
+    const double rounding = 1e-12 * length;
+    EXPECT_LE(std::abs(part.seen(0).mid - seen), part.seen(0).half + rounding) << n;
+    EXPECT_LE(std::abs(part.seen_slope(0).mid - slope), part.seen_slope(0).half + rounding) << n;
+    EXPECT_LE(std::abs(part.seen_dimmed(0, a, b).mid - dimmed), part.seen_dimmed(0, a, b).half + rounding)
+        << n;
+  }
+}
+
+/// However coarse or fine, an interval holds what `exact` finds.
+TEST(ErrorBound, exact_radiance_lies_in_every_interval) {
+  std::vector<size_t> rays_of(200);
+  std::vector<double> widest(rays_of.size());
+  parallel_for(rays_of.size(), [&](size_t seed) {
+    RandomWorld random(unsigned(1000 + seed));
+    const MarchWorld march(random.world, random.plan);
+    const EnclosedWorld enclosed(random.world, random.plan, march);
+    RayEnclosure enclosure(enclosed);
+    const auto exact = tracer("exact", random, 1e-8);
+    for (int n = 0; n < 30; ++n) {
+      const Ray ray = random.ray();
+      const RayResult truth = trace(*exact, {&ray, 1})[0];
+      for (const double goal : {kAll, 1e-1, 1e-2, 1e-3, 1e-4}) {
+        const Rgb behind = random.world.background->radiance(ray.d);
+        const EnclosedRgb interval =
+            enclosure.enclose(ray, {0.0, kAll}, behind, truth.radiance, {goal, 0.0, 2000});
+        for (int c = 0; c < 3; ++c) {
+          EXPECT_LE(std::abs(interval.mid[c] - truth.radiance[c]), interval.half[c] + truth.error)
+              << "world " << seed << ", ray " << n << ", goal " << goal;
+        }
+      }
+      ++rays_of[seed];
+    }
+  });
+}
+
+/// 200 worlds, 60 rays each: no channel of any ray errs by more than its bound.
+TEST(ErrorBound, no_ray_errs_by_more) {
+  constexpr size_t kWorlds = 200, kRays = 60;
+  std::vector<std::vector<double>> ratios(kWorlds);
+  parallel_for(kWorlds, [&](size_t seed) {
+    RandomWorld random(unsigned(5000 + seed));
+    const auto exact = tracer("exact", random, 1e-8);
+    const auto march = tracer("march", random, random.logarithmic(1e-4, 0.3));
+    std::vector<Ray> rays;
+    for (size_t n = 0; n < kRays; ++n) rays.push_back(random.ray());
+    const std::vector<RayResult> truth = trace(*exact, rays);
+    // Rays of one call share a direction's phase weights only where that is the same for all.
+    const std::vector<RayResult> marched = trace(*march, rays);
+    for (size_t n = 0; n < kRays; ++n) {
+      const double error = largest(marched[n].radiance - truth[n].radiance);
+      EXPECT_LE(error, marched[n].bound + truth[n].error) << "world " << seed << ", ray " << n;
+      if (error > 1e-6) ratios[seed].push_back(marched[n].bound / error);
+    }
+  });
+  std::vector<double> all;
+  for (const auto& some : ratios) all.insert(all.end(), some.begin(), some.end());
+  std::printf("bound / error: median %.2f, largest %.0f, of %zu rays with an error\n", median(all),
+              *std::max_element(all.begin(), all.end()), all.size());
+  EXPECT_GT(all.size(), 2000u);
+  EXPECT_LT(median(all), 4.0);
+}
+
+}  // namespace
+}  // namespace pileus
