@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "integrators/gauss_kronrod.h"
 #include "integrators/ray_enclosure.h"
 #include "lib/core/parallel.h"
 #include "lib/math/transmittance.h"
@@ -36,6 +37,67 @@ std::vector<RayResult> trace(const Tracer& tracer, std::span<const Ray> rays) {
   tracer.trace(rays, results, counters);
   return results;
 }
+
+/// The radiance of a ray by brute force: every span of every medium in panels of its own, halved until the
+/// rules of 3 and 7 points agree. Slower than `exact` and less trusting: `exact` takes some panels across
+/// several spans, and its estimate is no proof.
+class CarefulRadiance {
+ public:
+  CarefulRadiance(const RandomWorld& random, const MarchWorld& march)
+      : m_world(random.world), m_march(march) {}
+
+  Rgb trace(const Ray& ray) {
+    m_ray = ray;
+    m_profile.build(m_world, ray, {0.0, kAll}, {}, m_counters);
+    Rgb sum = transmittance(m_profile.tau()) * m_world.background->radiance(ray.d);
+    constexpr int kPanels = 4;
+    for (size_t i = 0; i < m_profile.spans().size(); ++i) {
+      const RayProfile::Span& span = m_profile.spans()[i];
+      if (span.tau0 > 40.0) break;
+      const double h = (span.t1 - span.t0) / kPanels;
+      for (int n = 0; n < kPanels; ++n) sum += integral(i, span.t0 + n * h, span.t0 + (n + 1) * h, 24);
+    }
+    return sum;
+  }
+
+ private:
+  Rgb integral(size_t span, double t0, double t1, int halvings) {
+    Rgb seven(0.0), three(0.0);
+    for (const auto& node : GaussKronrod7::kNodes) {
+      const Rgb value = (t1 - t0) * integrand(span, t0 + node.x * (t1 - t0));
+      seven += node.kronrod * value;
+      three += node.gauss * value;
+    }
+    if (halvings == 0 || largest(seven - three) <= 1e-8) return seven;
+    const double t = 0.5 * (t0 + t1);
+    return integral(span, t0, t, halvings - 1) + integral(span, t, t1, halvings - 1);
+  }
+
+  Rgb integrand(size_t span, double t) {
+    const Vec3d p = m_ray.at(t);
+    const double passed = transmittance(m_profile.spans()[span].tau0 + m_profile.tau_to(span, t));
+    if (passed < 1e-14) return Rgb(0.0);
+    Rgb sum(0.0);
+    for (size_t m = 0; m < m_world.media.size(); ++m) {
+      const WorldMedium& medium = m_world.media[m];
+      Rgb source = medium.ambient.at(p.y);
+      for (size_t l = 0; l < m_march.suns().size(); ++l) {
+        const Illumination& sun = m_march.suns()[l];
+        const double phase = medium.phase->p(-m_ray.d, sun.wi);
+        source += sun.irradiance *
+                  scatter_response(medium.scattering, phase, m_march.exact_depth(l, p, m_counters));
+      }
+      sum += m_profile.density(span, m, t) * (medium.emission + medium.extinction * medium.albedo * source);
+    }
+    return passed * sum;
+  }
+
+  const World& m_world;
+  const MarchWorld& m_march;
+  Ray m_ray;
+  RayProfile m_profile;
+  FieldCounters m_counters;
+};
 
 /// The variation of the derivative of the optical depth along a step is at least what second differences of
 /// exact depths show of it.
@@ -113,25 +175,24 @@ TEST(ErrorBound, integrals_of_parts_lie_in_their_intervals) {
   }
 }
 
-/// However coarse or fine, an interval holds what `exact` finds.
+/// However coarse or fine, an interval holds the radiance.
 TEST(ErrorBound, exact_radiance_lies_in_every_interval) {
-  std::vector<size_t> rays_of(200);
+  std::vector<size_t> rays_of(400);
   std::vector<double> widest(rays_of.size());
   parallel_for(rays_of.size(), [&](size_t seed) {
     RandomWorld random(unsigned(1000 + seed));
     const MarchWorld march(random.world, random.plan);
     const EnclosedWorld enclosed(random.world, random.plan, march);
     RayEnclosure enclosure(enclosed);
-    const auto exact = tracer("exact", random, 1e-8);
+    CarefulRadiance careful(random, march);
     for (int n = 0; n < 30; ++n) {
       const Ray ray = random.ray();
-      const RayResult truth = trace(*exact, {&ray, 1})[0];
+      const Rgb truth = careful.trace(ray);
       for (const double goal : {kAll, 1e-1, 1e-2, 1e-3, 1e-4}) {
         const Rgb behind = random.world.background->radiance(ray.d);
-        const EnclosedRgb interval =
-            enclosure.enclose(ray, {0.0, kAll}, behind, truth.radiance, {goal, 0.0, 2000});
+        const EnclosedRgb interval = enclosure.enclose(ray, {0.0, kAll}, behind, truth, {goal, 0.0, 2000});
         for (int c = 0; c < 3; ++c) {
-          EXPECT_LE(std::abs(interval.mid[c] - truth.radiance[c]), interval.half[c] + truth.error)
+          EXPECT_LE(std::abs(interval.mid[c] - truth[c]), interval.half[c] + 1e-7)
               << "world " << seed << ", ray " << n << ", goal " << goal;
         }
       }
@@ -140,22 +201,25 @@ TEST(ErrorBound, exact_radiance_lies_in_every_interval) {
   });
 }
 
-/// 200 worlds, 60 rays each: no channel of any ray errs by more than its bound.
+/// 200 worlds, 60 rays each: no channel of any ray errs by more than its bound, whoever says what is right.
 TEST(ErrorBound, no_ray_errs_by_more) {
   constexpr size_t kWorlds = 200, kRays = 60;
   std::vector<std::vector<double>> ratios(kWorlds);
   parallel_for(kWorlds, [&](size_t seed) {
     RandomWorld random(unsigned(5000 + seed));
+    const MarchWorld world(random.world, random.plan);
+    CarefulRadiance careful(random, world);
     const auto exact = tracer("exact", random, 1e-8);
     const auto march = tracer("march", random, random.logarithmic(1e-4, 0.3));
     std::vector<Ray> rays;
     for (size_t n = 0; n < kRays; ++n) rays.push_back(random.ray());
-    const std::vector<RayResult> truth = trace(*exact, rays);
-    // Rays of one call share a direction's phase weights only where that is the same for all.
-    const std::vector<RayResult> marched = trace(*march, rays);
+    const std::vector<RayResult> exactly = trace(*exact, rays), marched = trace(*march, rays);
     for (size_t n = 0; n < kRays; ++n) {
-      const double error = largest(marched[n].radiance - truth[n].radiance);
-      EXPECT_LE(error, marched[n].bound + truth[n].error) << "world " << seed << ", ray " << n;
+      const double error = largest(marched[n].radiance - careful.trace(rays[n]));
+      EXPECT_LE(error, marched[n].bound + 1e-7) << "world " << seed << ", ray " << n;
+      EXPECT_LE(largest(marched[n].radiance - exactly[n].radiance),
+                marched[n].bound + exactly[n].error + 1e-7)
+          << "world " << seed << ", ray " << n;
       if (error > 1e-6) ratios[seed].push_back(marched[n].bound / error);
     }
   });
@@ -164,7 +228,22 @@ TEST(ErrorBound, no_ray_errs_by_more) {
   std::printf("bound / error: median %.2f, largest %.0f, of %zu rays with an error\n", median(all),
               *std::max_element(all.begin(), all.end()), all.size());
   EXPECT_GT(all.size(), 2000u);
-  EXPECT_LT(median(all), 4.0);
+  EXPECT_LT(median(all), 3.0);
+}
+
+TEST(ErrorBound, a_ray_that_meets_nothing_has_no_error) {
+  RandomWorld random(1);
+  const auto march = tracer("march", random, 0.01);
+  const Box3d box = random.world.media[0].density->bounds();
+  const Ray away{box.max + Vec3d(100.0), normalize(Vec3d(1.0))};
+  EXPECT_EQ(trace(*march, {&away, 1})[0].bound, 0.0);
+}
+
+TEST(ErrorBound, who_does_not_ask_gets_none) {
+  RandomWorld random(1);
+  random.plan.aovs = {"beauty"};
+  const Ray ray = random.ray();
+  EXPECT_TRUE(std::isnan(trace(*tracer("march", random, 0.01), {&ray, 1})[0].bound));
 }
 
 }  // namespace
