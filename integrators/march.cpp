@@ -11,6 +11,8 @@
 /// early. Grids lit by suns are marched. For scenes with analytic media, lights at a finite distance or
 /// solids that cast shadows into media, and for tolerance 0, rays go to `exact`.
 ///
+/// With the AOV `error_bound`, every ray comes with a proven bound of its error: docs/error_bound.md.
+///
 ///   leaping     skip empty nodes and adapt steps to nodes; false: as if every node were the densest
 ///   sun_cache   take sunlight from the cache where it is accurate enough; false: a shadow ray per sample
 ///

@@ -50,9 +50,9 @@ class RayEnclosure {
 
   /// When an interval is narrow enough.
   struct Goal {
-    double half_width = 0.0;      ///< absolutely, in the widest channel
-    double share = 0.25;          ///< or relative to the estimate's distance from its middle
-    size_t most_lookups = 20000;  ///< of exact depths, at which it must do in any case
+    double half_width = 0.0;     ///< absolutely, in the widest channel
+    double share = 0.25;         ///< or relative to the estimate's distance from its middle
+    size_t most_lookups = 4000;  ///< of exact depths, at which it must do in any case
   };
 
   /// The radiance of a ray.
