@@ -21,7 +21,8 @@ class CellStepper {
  public:
   CellStepper(const Ray& index_ray, const Vec3i& first_cell) : cell(first_cell), m_ray(index_ray) {
     for (int axis = 0; axis < 3; ++axis) {
-      m_inverse[axis] = m_ray.d[axis] == 0.0 ? 0.0 : 1.0 / m_ray.d[axis];
+      // A component whose reciprocal overflows moves the ray as little as 0 does.
+      m_inverse[axis] = std::isfinite(1.0 / m_ray.d[axis]) ? 1.0 / m_ray.d[axis] : 0.0;
       m_forward[axis] = m_ray.d[axis] > 0.0;
     }
     for (int axis = 0; axis < 3; ++axis) m_exit[axis] = crossing(axis, cell[axis] + m_forward[axis]);
@@ -64,8 +65,8 @@ class CellStepper {
 
  private:
   double crossing(int axis, int plane) const {
-    return m_ray.d[axis] == 0.0 ? std::numeric_limits<double>::infinity()
-                                : (plane - m_ray.o[axis]) * m_inverse[axis];
+    return m_inverse[axis] == 0.0 ? std::numeric_limits<double>::infinity()
+                                  : (plane - m_ray.o[axis]) * m_inverse[axis];
   }
   int exit_axis() const {
     if (m_exit[0] <= m_exit[1]) return m_exit[0] <= m_exit[2] ? 0 : 2;

@@ -190,11 +190,11 @@ double CurvatureGrid::variation_of_short_step(const Ray& line, const Vec3d& step
   constexpr double kRounding = 1e-6;  // of positions [cells]
   Vec3d per_cell, half_crossing;
   for (int axis = 0; axis < 3; ++axis) {
-    per_cell[axis] = line.d[axis] == 0.0 ? 0.0 : 1.0 / line.d[axis];
+    per_cell[axis] = std::isfinite(1.0 / line.d[axis]) ? 1.0 / line.d[axis] : 0.0;
     half_crossing[axis] = (0.5 * size[axis] + kRounding) * std::abs(per_cell[axis]);
   }
   const auto crossing_length = [&](int axis, int plane, double r0, double r1) {
-    if (line.d[axis] == 0.0) {
+    if (per_cell[axis] == 0.0) {
       return std::abs(line.o[axis] - plane) <= 0.5 * size[axis] + kRounding ? r1 - r0 : 0.0;
     }
     const double r = (plane - line.o[axis]) * per_cell[axis];
