@@ -3,11 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include <OpenImageIO/imageio.h>
-
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
+#include "lib/image/load_pictures.h"
 
 namespace pileus {
 namespace {
@@ -57,13 +56,6 @@ NonFinitePixels display_row(const std::array<const Channel*, 3>& channels, const
   return non_finite;
 }
 
-OIIO::ImageSpec png_spec(const DisplayImage& picture, const DisplayTransform& transform) {
-  OIIO::ImageSpec spec(picture.width, picture.height, 3, OIIO::TypeDesc::UINT8);
-  const bool is_srgb = transform.curve == DisplayCurve::srgb;
-  spec.attribute("oiio:ColorSpace", is_srgb ? "sRGB" : fmt::format("Gamma{:.4g}", transform.gamma));
-  return spec;
-}
-
 }  // namespace
 
 double srgb_from_linear(double linear) {
@@ -105,20 +97,18 @@ DisplayImage to_display(const Image& image, const DisplayTransform& transform) {
 
 NonFinitePixels write_png(const std::filesystem::path& file, const Image& image,
                           const DisplayTransform& transform) {
-  const DisplayImage picture = to_display(image, transform);
+  const DisplayImage shown = to_display(image, transform);
+  const bool is_srgb = transform.curve == DisplayCurve::srgb;
+  const PngPicture picture{shown.width, shown.height, shown.rgb.data(),
+                           is_srgb ? StoredCurve::srgb : StoredCurve::gamma, transform.gamma};
+  const Pictures& pictures = load_pictures();
   AtomicFile atomic(file);
-  const auto output = OIIO::ImageOutput::create("png");
-  const auto require = [&](bool ok) {
-    if (ok) return;
-    const std::string reason = output ? output->geterror() : OIIO::geterror();
+  std::string reason;
+  if (!pictures.write_png(atomic.path().string(), picture, reason)) {
     throw Error(ErrorKind::file, file.string(), fmt::format("cannot be written as PNG: {}", reason));
-  };
-  require(output != nullptr);
-  require(output->open(atomic.path().string(), png_spec(picture, transform)));
-  require(output->write_image(OIIO::TypeDesc::UINT8, picture.rgb.data()));
-  require(output->close());
+  }
   atomic.commit();
-  return picture.non_finite;
+  return shown.non_finite;
 }
 
 }  // namespace pileus

@@ -52,7 +52,8 @@ struct DisplayImage {
 DisplayImage to_display(const Image& image, const DisplayTransform& transform);
 
 /// Writes to_display(image) as an opaque 8-bit PNG file that names its curve.
-/// errors: Error(file) where the file cannot be written; then nothing is left under its name
+/// errors: Error(file) where the file cannot be written; then nothing is left under its name. Error(failed)
+///         where libpileus_pictures cannot be loaded
 NonFinitePixels write_png(const std::filesystem::path& file, const Image& image,
                           const DisplayTransform& transform = {});
 

@@ -8,10 +8,9 @@
 #include <string_view>
 #include <system_error>
 
-#include <OpenImageIO/imageio.h>
-
 #include "lib/core/error.h"
 #include "lib/image/image_limits.h"
+#include "lib/image/load_pictures.h"
 
 namespace pileus {
 namespace {
@@ -41,25 +40,22 @@ bool is_exr(const fs::path& file) {
 /// From stored to linear values.
 using Decode = std::function<double(double)>;
 
-Decode decode_of(const OIIO::ImageSpec& spec) {
-  const Decode as_stored = [](double value) { return value; };
-  if (spec.format.is_floating_point()) return as_stored;
-  const std::string space = spec.get_string_attribute("oiio:ColorSpace");
-  if (OIIO::Strutil::iequals(space, "linear")) return as_stored;
-  if (!OIIO::Strutil::istarts_with(space, "gamma")) return linear_from_srgb;
-  const double gamma = spec.get_float_attribute("oiio:Gamma", 2.2f);
-  return [gamma](double value) { return value > 0.0 ? std::pow(value, gamma) : value; };
+Decode decode_of(const PictureHeader& header) {
+  if (header.curve == StoredCurve::linear) return [](double value) { return value; };
+  if (header.curve == StoredCurve::srgb) return linear_from_srgb;
+  return [gamma = header.gamma](double value) { return value > 0.0 ? std::pow(value, gamma) : value; };
 }
 
 /// Splits interleaved stored values into linear channels.
-Image image_of(const OIIO::ImageSpec& spec, const std::vector<float>& stored) {
-  Image image{spec.width, spec.height, {}, {}};
-  const Decode decode = decode_of(spec);
-  for (int c = 0; c < spec.nchannels; ++c) {
-    std::vector<float>& values = image.add(spec.channelnames[size_t(c)]).values;
+Image image_of(const PictureHeader& header, const std::vector<float>& stored) {
+  Image image{header.width, header.height, {}, {}};
+  const Decode decode = decode_of(header);
+  const size_t channels = header.channels.size();
+  for (size_t c = 0; c < channels; ++c) {
+    std::vector<float>& values = image.add(header.channels[c]).values;
     for (size_t i = 0; i < values.size(); ++i) {
-      const float value = stored[i * size_t(spec.nchannels) + size_t(c)];
-      values[i] = c == spec.alpha_channel ? value : float(decode(value));
+      const float value = stored[i * channels + c];
+      values[i] = int(c) == header.alpha_channel ? value : float(decode(value));
     }
   }
   return image;
@@ -74,26 +70,22 @@ void premultiply(Image& image, int alpha_channel) {
   }
 }
 
-Image read_by_oiio(const fs::path& file) {
-  OIIO::ImageSpec wanted;
-  wanted.attribute("oiio:UnassociatedAlpha", 1);  // multiplying before linearising would be wrong
-  const auto input = OIIO::ImageInput::open(file.string(), &wanted);
-  if (!input) refuse(file, fmt::format("cannot be read as a picture: {}", OIIO::geterror()));
+Image read_picture(const fs::path& file) {
+  std::string reason;
+  const auto reader = load_pictures().open(file.string(), reason);
+  if (!reader) refuse(file, fmt::format("cannot be read as a picture: {}", reason));
 
-  const OIIO::ImageSpec spec = input->spec();
-  if (spec.depth > 1) refuse(file, fmt::format("is a volume of {} slices; expected a picture", spec.depth));
-  check_image_size(file, spec.width, spec.height, spec.nchannels);
-  std::vector<float> stored(size_t(spec.width) * size_t(spec.height) * size_t(spec.nchannels));
-  const bool is_read = input->read_image(0, 0, 0, spec.nchannels, OIIO::TypeDesc::FLOAT, stored.data());
-  // A truncated TIFF file counts as read, black where it is cut off; only the message gives it away.
-  const std::string reason = input->geterror();
-  if (!is_read || !reason.empty()) {
+  const PictureHeader& header = reader->header();
+  if (header.depth > 1)
+    refuse(file, fmt::format("is a volume of {} slices; expected a picture", header.depth));
+  check_image_size(file, header.width, header.height, int64_t(header.channels.size()));
+  std::vector<float> stored(size_t(header.width) * size_t(header.height) * header.channels.size());
+  if (!reader->read(stored.data(), reason)) {
     refuse(file, fmt::format("is damaged: {}", reason.substr(0, reason.find('\n'))));
   }
 
-  Image image = image_of(spec, stored);
-  const bool is_straight = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
-  if (is_straight && spec.alpha_channel >= 0) premultiply(image, spec.alpha_channel);
+  Image image = image_of(header, stored);
+  if (header.is_straight && header.alpha_channel >= 0) premultiply(image, header.alpha_channel);
   return image;
 }
 
@@ -104,12 +96,13 @@ Image read_image(const fs::path& file) {
   const fs::file_status status = fs::status(file, error);
   if (!fs::exists(status)) refuse(file, "does not exist; expected a picture");
   if (!fs::is_regular_file(status)) refuse(file, "is no regular file; expected a picture");
-  return is_exr(file) ? read_exr(file) : read_by_oiio(file);
+  return is_exr(file) ? read_exr(file) : read_picture(file);
 }
 
 void check_image_name(const fs::path& file) {
   static const std::vector<std::string> kExtensions{".exr", ".png"};
   const std::string extension = lower_extension(file);
+  if (extension == ".png") load_pictures();  // a long render is not to end with its absence
   if (std::find(kExtensions.begin(), kExtensions.end(), extension) != kExtensions.end()) return;
   const std::string nearest = nearest_name(extension, kExtensions);
   throw Error(ErrorKind::usage, file.string(),

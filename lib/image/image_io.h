@@ -12,7 +12,8 @@ namespace pileus {
 /// premultiplied alpha. Files of floats are taken as linear. Files of integers are taken as display values, 1
 /// being the largest integer, and linearised by the curve that they name, or else by the sRGB curve; their
 /// alpha is linear as it is. Of several pictures in a file, the first is read.
-/// errors: Error(file) where the file is missing, damaged, no picture, a volume, or implausibly large
+/// errors: Error(file) where the file is missing, damaged, no picture, a volume, or implausibly large;
+///         Error(failed) where it is not EXR and libpileus_pictures cannot be loaded
 Image read_image(const std::filesystem::path& file);
 
 struct WriteImageOptions {
@@ -27,7 +28,8 @@ NonFinitePixels write_image(const std::filesystem::path& file, const Image& imag
                             const WriteImageOptions& options = {});
 
 /// Refuses a name that write_image cannot serve: ask before a long render.
-/// errors: Error(usage) where the extension is neither .exr nor .png (in upper or lower case)
+/// errors: Error(usage) where the extension is neither .exr nor .png (in upper or lower case); Error(failed)
+///         where it is .png and libpileus_pictures cannot be loaded
 void check_image_name(const std::filesystem::path& file);
 
 }  // namespace pileus

@@ -52,7 +52,7 @@ const std::vector<Library> kLibraries = {
     {"OpenVDB", std::regex("openvdb/.*"), {"vdb_io", "tests"}},
     {"NanoVDB", std::regex("nanovdb/.*"), {"vdb_io", "tests"}},
     {"OpenEXR", std::regex("(OpenEXR/.*)|((Imf|Iex|IlmThread).*)"), {"lib/image", "tests"}},
-    {"OpenImageIO", std::regex("OpenImageIO/.*"), {"lib/image", "tests"}},
+    {"OpenImageIO", std::regex("OpenImageIO/.*"), {"lib/image/pictures"}},
     {"toml++", std::regex("toml\\+\\+/.*"), {"lib/scene", "tests"}},
     {"TBB", std::regex("(oneapi/)?tbb/.*"), {"lib/core"}},
     {"Embree", std::regex("embree[0-9]/.*"), {"lib/geom"}},
