@@ -163,7 +163,7 @@ class MarchTracer final : public Tracer {
           for (const WorldMedium& medium : m_world.media) {
             tau += medium.extinction * medium.density->column(shadow, segment, kOpaque, tile.shadow);
           }
-          return transmittance(tau);
+          return tau;
         });
     job.weights = packet.weights.data() + i * packet.weights_step;
     job.behind = largest(packet.behind[i]);
