@@ -14,8 +14,22 @@ void RayProfile::build(const World& world, const Ray& ray, Segment segment, std:
     m_pieces[medium].clear();
     world.media[medium].density->append_pieces(ray, segment, m_pieces[medium], counters);
   }
-  collect_ends(cuts);
-  cut_into_spans(cuts);
+  m_cuts.assign(cuts.begin(), cuts.end());
+  cut_at_edges(world);
+  collect_ends(m_cuts);
+  cut_into_spans(m_cuts);
+}
+
+/// A medium that is no grid may have an edge: where it lies in another medium, the mean source jumps there.
+void RayProfile::cut_at_edges(const World& world) {
+  if (world.media.size() < 2) return;
+  for (size_t medium = 0; medium < world.media.size(); ++medium) {
+    if (world.media[medium].density->bricks()) continue;
+    for (const DensityPiece& piece : m_pieces[medium]) {
+      m_cuts.push_back(piece.t0);
+      m_cuts.push_back(piece.t1);
+    }
+  }
 }
 
 void RayProfile::collect_ends(std::span<const double> cuts) {

@@ -62,11 +62,13 @@ class RayProfile {
   bool is_single(size_t i, size_t& medium) const;
 
  private:
+  void cut_at_edges(const World& world);
   void collect_ends(std::span<const double> cuts);
   void cut_into_spans(std::span<const double> cuts);
 
   std::vector<std::vector<DensityPiece>> m_pieces;  ///< of each medium
   std::vector<double> m_extinction;                 ///< of each medium
+  std::vector<double> m_cuts;                       ///< where the integrand may jump
   std::vector<double> m_ends;                       ///< all ends of pieces and cuts, ascending
   std::vector<Span> m_spans;
   std::vector<int> m_piece_index;  ///< [span][medium]: index into m_pieces[medium], -1 where it is absent
