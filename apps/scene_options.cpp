@@ -45,7 +45,7 @@ void SceneOptions::add_to(CLI::App& command) {
     return fmt::format("render.integrator=\"{}\"", name);
   })->type_name("NAME");
   overriding("--seed", "seed of random numbers", setting("render.seed"))->type_name("N");
-  overriding("--aov", "planes to write: beauty,transmittance,Z,samples,error_estimate",
+  overriding("--aov", "planes to write: beauty,transmittance,Z,samples,error_estimate,error_bound",
              [](const std::string& list) { return fmt::format("render.aovs=\"{}\"", list); })
       ->type_name("LIST");
   add_settings_to(command);

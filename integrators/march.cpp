@@ -11,6 +11,8 @@
 /// early. Grids lit by suns are marched. For scenes with analytic media, lights at a finite distance or
 /// solids that cast shadows into media, and for tolerance 0, rays go to `exact`.
 ///
+/// With the AOV `error_bound`, every ray comes with a proven bound of its error: docs/error_bound.md.
+///
 ///   leaping     skip empty nodes and adapt steps to nodes; false: as if every node were the densest
 ///   sun_cache   take sunlight from the cache where it is accurate enough; false: a shadow ray per sample
 ///
@@ -23,10 +25,14 @@
 #include <memory>
 #include <vector>
 
+#include <fmt/format.h>
+
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/lighting.h"
 #include "integrators/march_scene.h"
+#include "integrators/ray_enclosure.h"
 #include "integrators/sunlight.h"
+#include "lib/core/build_features.h"
 #include "lib/core/error.h"
 #include "lib/core/param_table.h"
 #include "lib/math/transmittance.h"
@@ -43,6 +49,13 @@ constexpr double kEstimateSafety = 2.0;
 
 /// Steps at first try: so that few rays need another.
 constexpr double kFirstQuality = 20.0;
+
+/// A bound need not be narrower than this share of the tolerance.
+constexpr double kBoundShare = 0.05;
+
+bool wants_bound(const EffectPlan& plan) {
+  return plan.aovs.count("error_bound") > 0;
+}
 
 double largest(const Rgb& rgb) {
   return std::max({rgb.x, rgb.y, rgb.z});
@@ -64,9 +77,13 @@ class MarchTracer final : public Tracer {
     MarchScene& kernel = m_march.kernel;
     kernel.is_leaping = options.leaping;
     if (plan.scattering) choose_sunlight(accuracy.picture, options);
+    if (wants_bound(plan)) prepare_bound();
   }
 
-  size_t rays_per_call() const override { return m_march.kernel.shadow_step > 0.0 ? 64 : 256; }
+  size_t rays_per_call() const override {
+    if (m_enclosed) return 16;
+    return m_march.kernel.shadow_step > 0.0 ? 64 : 256;
+  }
 
   std::vector<std::string> choices() const override { return m_choices; }
 
@@ -77,6 +94,7 @@ class MarchTracer final : public Tracer {
     march(packet);
     refine(packet);
     for (size_t i = 0; i < rays.size(); ++i) results[i] = finish_ray(packet, i, tile);
+    if (m_enclosed) bound_errors(packet, results, counters);
     tile.add_to(counters);
   }
 
@@ -92,7 +110,7 @@ class MarchTracer final : public Tracer {
           stride(march.kernel.grids.size() * sums_per_grid(march.kernel)),
           sums(all.size() * stride) {
       march.weights_for(all[0].d, weights);
-      if (march.is_isotropic()) return;
+      if (!kHasPhase || march.is_isotropic()) return;
       const size_t count = weights.size();
       weights.resize(all.size() * count);
       std::vector<float> own;
@@ -121,6 +139,13 @@ class MarchTracer final : public Tracer {
                                                           options.sun_cache ? kMostBytes : 0.0, m_march);
     m_cache_error = choice.error;
     m_choices.push_back("sunlight: " + choice.reason);
+  }
+
+  void prepare_bound() {
+    m_enclosed = std::make_unique<EnclosedWorld>(m_world, m_plan, m_march);
+    m_choices.push_back(
+        fmt::format("error_bound: proven ray by ray, with {:.1f} MB of what the grids' curvature can do",
+                    1e-6 * double(m_enclosed->memory_bytes())));
   }
 
   void prepare_ray(Packet& packet, size_t i, TraceCounters& tile) const {
@@ -233,21 +258,37 @@ class MarchTracer final : public Tracer {
     return z;
   }
 
+  void bound_errors(const Packet& packet, std::span<RayResult> results, Counters& counters) const {
+    RayEnclosure enclosure(*m_enclosed);
+    const RayEnclosure::Goal goal{kBoundShare * m_tolerance};
+    for (size_t i = 0; i < results.size(); ++i) {
+      const Rgb& estimate = results[i].radiance;
+      results[i].bound = error_bound(
+          enclosure.enclose(packet.rays[i], packet.jobs[i].segment, packet.behind[i], estimate, goal),
+          estimate);
+    }
+    counters["bound_samples"] += enclosure.counters.density_samples;
+    counters["bound_lookups"] += enclosure.depth_lookups;
+  }
+
   static constexpr double kOpaque = 1e3;
 
   const World& m_world;
   const EffectPlan& m_plan;
   double m_tolerance;
   MarchWorld m_march;
-  double m_cache_error = 0.0;  ///< of the sun's cache, for a pixel of opacity 1
+  std::unique_ptr<const EnclosedWorld> m_enclosed;  ///< where a bound is asked for
+  double m_cache_error = 0.0;                       ///< of the sun's cache, for a pixel of opacity 1
   std::vector<std::string> m_choices;
 };
 
 /// Rays that the march cannot do.
 class OtherTracer final : public Tracer {
  public:
-  OtherTracer(std::unique_ptr<const Tracer> exact, const std::string& why)
-      : m_exact(std::move(exact)), m_choices{"rays go to \"exact\": " + why} {}
+  OtherTracer(std::unique_ptr<const Tracer> exact, const std::string& why, const EffectPlan& plan)
+      : m_exact(std::move(exact)), m_choices{"rays go to \"exact\": " + why} {
+    if (wants_bound(plan)) m_choices.push_back("error_bound: none, \"exact\" estimates its error");
+  }
 
   std::vector<std::string> choices() const override { return m_choices; }
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
@@ -274,7 +315,7 @@ struct March final : Integrator {
         accuracy.tolerance > 0.0 ? MarchWorld::obstacle(world, plan) : "the tolerance is 0";
     if (obstacle.empty()) return std::make_unique<MarchTracer>(world, plan, accuracy, options);
     const auto exact = std::dynamic_pointer_cast<Integrator>(plugin_registry().find(kKind, "exact")->make());
-    return std::make_unique<OtherTracer>(exact->prepare(world, plan, accuracy), obstacle);
+    return std::make_unique<OtherTracer>(exact->prepare(world, plan, accuracy), obstacle, plan);
   }
 };
 

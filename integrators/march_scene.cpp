@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "integrators/lighting.h"
+#include "lib/core/build_features.h"
 #include "lib/math/box.h"
 
 namespace pileus {
@@ -13,6 +14,18 @@ namespace {
 
 double largest(const Rgb& rgb) {
   return std::max({rgb.x, rgb.y, rgb.z});
+}
+
+bool solids_shadow_media(const World& world) {
+  for (const auto& light : world.lights) {
+    const Vec3d towards_sun = light->at(Vec3d(0.0)).wi;
+    for (const auto& shape : world.shapes) {
+      for (const WorldMedium& medium : world.media) {
+        if (shape->may_shadow(medium.density->bounds(), towards_sun)) return true;
+      }
+    }
+  }
+  return false;
 }
 
 }  // namespace
@@ -23,7 +36,7 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
     if (!medium.density->bricks()) return "volume \"" + medium.name + "\" is not a grid";
   }
   if (plan.scattering && plan.local_lights) return "a light at a finite distance";
-  if (plan.scattering && plan.surface_shadows) return "solids cast shadows into media";
+  if (plan.scattering && solids_shadow_media(world)) return "solids cast shadows into media";
   return "";
 }
 
@@ -118,7 +131,7 @@ Rgb MarchWorld::radiance(const double* sums) const {
   const size_t stride = sums_per_grid(kernel), lights = m_suns.size();
   for (size_t g = 0; g < kernel.grids.size(); ++g, sums += stride) {
     const WorldMedium& medium = m_world.media[g];
-    radiance += medium.emission * sums[0];
+    if constexpr (kHasEmission) radiance += medium.emission * sums[0];
     for (size_t l = 0; l < lights; ++l) radiance += m_colours[g * lights + l] * sums[2 + l];
     const AmbientLight& sky = medium.ambient;
     if (!sky.is_on()) continue;

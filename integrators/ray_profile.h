@@ -52,14 +52,16 @@ class RayProfile {
   /// The inverse of tau_to: where in span i the optical depth since its start reaches `tau`.
   double t_at(size_t i, double tau) const;
 
-  /// True where only one medium fills span i; `medium` is then its index.
-  bool is_single(size_t i, size_t& medium) const;
-
- private:
+  /// What a medium is in span i, among other places; null where it is absent.
   const DensityPiece* piece_of(size_t i, size_t medium) const {
     const int index = m_piece_index[i * m_pieces.size() + medium];
     return index < 0 ? nullptr : &m_pieces[medium][size_t(index)];
   }
+
+  /// True where only one medium fills span i; `medium` is then its index.
+  bool is_single(size_t i, size_t& medium) const;
+
+ private:
   void collect_ends(std::span<const double> cuts);
   void cut_into_spans(std::span<const double> cuts);
 

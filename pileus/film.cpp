@@ -4,7 +4,21 @@
 #include <cmath>
 #include <limits>
 
+#include "lib/core/build_features.h"
+
 namespace pileus {
+
+namespace {
+
+/// A bound of a pixel's error once its channels are floats, as a float that is not below it.
+double bound_in_floats(double bound, const Rgb& radiance) {
+  if (bound == 0.0 && radiance == Rgb(Vec3f(radiance))) return 0.0;
+  const double brightest = std::max({std::abs(radiance.x), std::abs(radiance.y), std::abs(radiance.z)});
+  const float rounded = float(bound + 0x1p-24 * brightest);
+  return double(std::nextafter(rounded, std::numeric_limits<float>::infinity()));
+}
+
+}  // namespace
 
 Film::Film(int width, int height, int pixel_rays, const EffectPlan& plan) : m_weight(1.0 / pixel_rays) {
   m_image.width = width;
@@ -20,6 +34,7 @@ Film::Film(int width, int height, int pixel_rays, const EffectPlan& plan) : m_we
   m_z_half = add_if(wants("Z"), "Z_half");
   m_samples = add_if(wants("samples"), "samples");
   m_error = add_if(wants("error_estimate"), "error_estimate");
+  m_bound = add_if(wants("error_bound"), "error_bound");
 }
 
 int Film::add_if(bool wanted, const char* name) {
@@ -30,12 +45,13 @@ int Film::add_if(bool wanted, const char* name) {
 
 void Film::set_pixel(int x, int y, std::span<const RayResult> rays) {
   Rgb radiance(0.0);
-  double transmittance = 0.0, samples = 0.0, error = 0.0;
+  double transmittance = 0.0, samples = 0.0, error = 0.0, bound = 0.0;
   double z = std::numeric_limits<double>::infinity(), z_half = z;
   for (const RayResult& ray : rays) {
     radiance += m_weight * ray.radiance;
     transmittance += m_weight * ray.transmittance;
     error += m_weight * ray.error;
+    bound += m_weight * ray.bound;
     samples += double(ray.samples);
     z = std::min(z, ray.z_first);
     z_half = std::min(z_half, ray.z_half);
@@ -45,11 +61,14 @@ void Film::set_pixel(int x, int y, std::span<const RayResult> rays) {
   set(m_green, pixel, radiance.y);
   set(m_blue, pixel, radiance.z);
   set(m_alpha, pixel, 1.0 - transmittance);
-  set(m_transmittance, pixel, transmittance);
-  set(m_z, pixel, z);
-  set(m_z_half, pixel, z_half);
-  set(m_samples, pixel, samples);
-  set(m_error, pixel, error);
+  if constexpr (kHasAovs) {
+    set(m_transmittance, pixel, transmittance);
+    set(m_z, pixel, z);
+    set(m_z_half, pixel, z_half);
+    set(m_samples, pixel, samples);
+    set(m_error, pixel, error);
+    set(m_bound, pixel, bound_in_floats(bound, radiance));
+  }
   m_errors[pixel] = float(error);
 }
 
@@ -70,6 +89,24 @@ std::optional<double> Film::mean_error() const {
     ++count;
   }
   return count > 0 ? std::optional<double>(sum / double(count)) : std::nullopt;
+}
+
+std::optional<double> Film::max_bound() const {
+  if (m_bound < 0) return std::nullopt;
+  double largest = 0.0;
+  for (const float bound : m_image.channels[size_t(m_bound)].values) {
+    if (std::isnan(bound)) return std::nullopt;
+    largest = std::max(largest, double(bound));
+  }
+  return largest;
+}
+
+std::optional<double> Film::mean_bound() const {
+  if (m_bound < 0) return std::nullopt;
+  const std::vector<float>& bounds = m_image.channels[size_t(m_bound)].values;
+  double sum = 0.0;
+  for (const float bound : bounds) sum += double(bound);
+  return std::isnan(sum) ? std::nullopt : std::optional<double>(sum / double(bounds.size()));
 }
 
 }  // namespace pileus

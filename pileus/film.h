@@ -24,6 +24,10 @@ class Film {
   std::optional<double> max_error() const;
   std::optional<double> mean_error() const;
 
+  /// Largest and mean of the error bounds; none unless every pixel has one.
+  std::optional<double> max_bound() const;
+  std::optional<double> mean_bound() const;
+
   /// The error estimates, one per pixel: a checkpoint keeps them, so that a resumed render reports all of
   /// them.
   std::vector<float>& errors() { return m_errors; }
@@ -41,7 +45,8 @@ class Film {
   Image m_image;
   std::vector<float> m_errors;  ///< error estimate per pixel
   double m_weight;
-  int m_red, m_green, m_blue, m_alpha, m_transmittance, m_z, m_z_half, m_samples, m_error;  ///< channel or -1
+  int m_red, m_green, m_blue, m_alpha, m_transmittance, m_z, m_z_half, m_samples, m_error,
+      m_bound;  ///< channel or -1
 };
 
 }  // namespace pileus

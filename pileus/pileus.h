@@ -60,6 +60,7 @@ struct RenderReport {
   std::vector<Effect> effects;
   std::vector<std::string> choices;  ///< what the integrator chose for this scene, and why
   std::optional<double> max_error_estimate, mean_error_estimate;  ///< where the integrator gives one
+  std::optional<double> max_error_bound, mean_error_bound;        ///< where it proves one for every pixel
   uint64_t nan_pixels = 0;
   std::vector<std::string> warnings;
 };

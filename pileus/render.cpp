@@ -303,11 +303,13 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
       pass = make_pass(1.0);
       render_fully(*pass, options, fingerprint_of(scene, crop));
     }
-    rendering.image = std::move(pass->film.image());
     report.counters = std::move(pass->counters);
     report.choices = pass->choices();
     report.max_error_estimate = pass->film.max_error();
     report.mean_error_estimate = pass->film.mean_error();
+    report.max_error_bound = pass->film.max_bound();
+    report.mean_error_bound = pass->film.mean_bound();
+    rendering.image = std::move(pass->film.image());
     report.seconds["render"] = seconds_since(render_start);
   });
 

@@ -41,8 +41,8 @@ std::string to_json(const RenderReport& report) {
   json["counters"] = report.counters;
   json["effects"] = effects_to_json(report);
   json["choices"] = report.choices;
-  // A bound is a promise that a test holds an integrator to. None of the present integrators gives one.
-  json["error_bound"] = {{"max", nullptr}, {"mean", nullptr}};
+  json["error_bound"] = {{"max", or_null(report.max_error_bound)},
+                         {"mean", or_null(report.mean_error_bound)}};
   json["error_estimate"] = {{"max", or_null(report.max_error_estimate)},
                             {"mean", or_null(report.mean_error_estimate)}};
   json["nan_pixels"] = report.nan_pixels;

@@ -51,7 +51,6 @@ void BM_march(benchmark::State& state) {
   const MarchFixture fixture(256);
   MarchScene scene;
   scene.grids.push_back(fixture.grid);
-  scene.stop = 1e-4;
   scene.lights = int(state.range(1));
   for (int l = 0; l < scene.lights; ++l) scene.lattices.push_back(build_sun_lattice(fixture.grid, kSun, 2.0));
   const std::vector<float> weights(size_t(kMostTerms * std::max(1, scene.lights)), 1.0f);
@@ -61,6 +60,8 @@ void BM_march(benchmark::State& state) {
     job.ray = ray;
     job.segment = {0.0, std::numeric_limits<double>::infinity()};
     job.weights = weights.data();
+    job.stop = 1e-4;
+    job.brightest = 1.0;
     job.step_quality = double(state.range(0)) / 1000.0;
     jobs.push_back(job);
   }

@@ -39,6 +39,7 @@ constexpr AovInfo kAovs[] = {
     {"Z", "distance to the first medium or surface, and to half transmittance"},
     {"samples", "density look-ups per pixel"},
     {"error_estimate", "the integrator's estimate of its own error"},
+    {"error_bound", "what the error is proven not to exceed in any channel"},
 };
 
 std::set<std::string> parse_aovs(const std::string& list) {

@@ -25,7 +25,9 @@ struct RayResult {
   double z_half =
       std::numeric_limits<double>::infinity();  ///< [m] where the transmittance falls below one half
   double error = std::numeric_limits<double>::quiet_NaN();  ///< own estimate for `radiance`; NaN: none
-  uint64_t samples = 0;  ///< density look-ups along the ray and its shadow rays
+  double bound =
+      std::numeric_limits<double>::quiet_NaN();  ///< proven: no channel of `radiance` errs by more; NaN: none
+  uint64_t samples = 0;                          ///< density look-ups along the ray and its shadow rays
 };
 
 /// Work done, by name, for the render report. One per tile, summed at the end.
@@ -35,7 +37,7 @@ using Counters = std::map<std::string, uint64_t>;
 struct Accuracy {
   double tolerance = 0.0;   ///< absolute error per channel of linear radiance; 0: as exact as can be
   double coarseness = 1.0;  ///< >= 1: multiplies what trades accuracy for time (tolerance, step length)
-  Vec2i picture{0, 0};      ///< size of the whole picture [pixels]: some of its rays may be looked at beforehand
+  Vec2i picture{0, 0};  ///< size of the whole picture [pixels]: some of its rays may be looked at beforehand
 };
 
 /// An integrator made ready for one world. Immutable: trace() is called from many threads at once.
@@ -43,7 +45,8 @@ class Tracer {
  public:
   virtual ~Tracer() = default;
 
-  /// How many rays trace() likes to get at once. An interruption is heard between calls: where rays are costly, few.
+  /// How many rays trace() likes to get at once. An interruption is heard between calls: where rays are
+  /// costly, few.
   virtual size_t rays_per_call() const { return 4; }
 
   /// What was chosen for this scene and why, in sentences for people.

@@ -40,6 +40,10 @@ struct Shape : Plugin {
 
   /// World-space box [m]; may be infinite.
   virtual Box3d bounds() const = 0;
+
+  /// False where the shape surely stands between no point of a box and a sun; by default as its bounds tell.
+  ///   towards_sun: unit vector
+  virtual bool may_shadow(const Box3d& box, const Vec3d& towards_sun) const;
 };
 
 }  // namespace pileus

@@ -8,6 +8,7 @@
 
 #include "lib/math/box.h"
 #include "lib/math/trilinear.h"
+#include "lib/volume/cell_stepper.h"
 
 namespace pileus {
 namespace {
@@ -22,9 +23,8 @@ struct CellVisit {
   Vec3d q{0.0, 0.0, 0.0};  ///< exit; neither matters where all corners are alike
 };
 
-/// A box of cells, [lo, hi), in which all values are alike.
-struct Tile {
-  Vec3i lo, hi;
+/// A box of cells in which all values are alike.
+struct Tile : CellBox {
   double value;
 };
 
@@ -66,7 +66,7 @@ class CellReader {
   }
   static Tile cube_around(const Vec3i& cell, int size, float value) {
     const Vec3i lo = origin_of(cell, size);
-    return {lo, lo + Vec3i(size), value};
+    return {{lo, lo + Vec3i(size)}, value};
   }
   bool is_in_brick(const Vec3i& cell) const {
     return m_values && origin_of(cell, BrickGrid::kBrickCells) == m_origin;
@@ -75,71 +75,6 @@ class CellReader {
   const BrickGrid& m_grid;
   const float* m_values = nullptr;  ///< of the brick at m_origin
   Vec3i m_origin{0, 0, 0};
-};
-
-/// Steps from cell to cell along a ray in index space. Every crossing parameter comes from the integer plane,
-/// never from the one before, so no error piles up; each step enters the cell behind a plane, so it always
-/// moves on; and the lengths add up to the whole by telescoping (METHODS §9.6). Axes along which the ray does
-/// not move are never crossed.
-class CellStepper {
- public:
-  CellStepper(const Ray& index_ray, const Vec3i& first_cell) : cell(first_cell), m_ray(index_ray) {
-    for (int axis = 0; axis < 3; ++axis) {
-      // A component whose reciprocal overflows moves the ray as little as 0 does.
-      m_inverse[axis] = std::isfinite(1.0 / m_ray.d[axis]) ? 1.0 / m_ray.d[axis] : 0.0;
-      m_forward[axis] = m_ray.d[axis] > 0.0;
-    }
-    for (int axis = 0; axis < 3; ++axis) m_exit[axis] = crossing(axis, cell[axis] + m_forward[axis]);
-  }
-
-  /// Where the ray leaves the present cell.
-  double t_exit() const { return m_exit[exit_axis()]; }
-
-  /// Enters the next cell; returns the axis of the plane that was crossed.
-  int step() {
-    const int axis = exit_axis();
-    cell[axis] += m_forward[axis] ? 1 : -1;
-    m_exit[axis] = crossing(axis, cell[axis] + m_forward[axis]);
-    return axis;
-  }
-
-  /// Where the ray leaves a box of cells around the present one.
-  double exit_of(const Tile& tile, int& axis) const {
-    double t = std::numeric_limits<double>::infinity();
-    axis = 0;
-    for (int k = 0; k < 3; ++k) {
-      const double t_k = crossing(k, m_forward[k] ? tile.hi[k] : tile.lo[k]);
-      if (t_k < t) t = t_k, axis = k;
-    }
-    return t;
-  }
-
-  /// Enters the cell behind the plane of `axis` through which the ray leaves the tile at t. The other two
-  /// indices come from the position, kept inside the tile just left.
-  void leap(const Tile& tile, int axis, double t) {
-    for (int k = 0; k < 3; ++k) {
-      const double p = std::floor(m_ray.o[k] + t * m_ray.d[k]);
-      cell[k] = int(std::clamp(p, double(tile.lo[k]), double(tile.hi[k] - 1)));
-    }
-    cell[axis] = m_forward[axis] ? tile.hi[axis] : tile.lo[axis] - 1;
-    for (int k = 0; k < 3; ++k) m_exit[k] = crossing(k, cell[k] + m_forward[k]);
-  }
-
-  Vec3i cell;
-
- private:
-  double crossing(int axis, int plane) const {
-    return m_inverse[axis] == 0.0 ? std::numeric_limits<double>::infinity()
-                                  : (plane - m_ray.o[axis]) * m_inverse[axis];
-  }
-  int exit_axis() const {
-    if (m_exit[0] <= m_exit[1]) return m_exit[0] <= m_exit[2] ? 0 : 2;
-    return m_exit[1] <= m_exit[2] ? 1 : 2;
-  }
-
-  const Ray& m_ray;
-  double m_inverse[3], m_exit[3];
-  bool m_forward[3];
 };
 
 Vec3d clamp_to_unit(const Vec3d& p) {

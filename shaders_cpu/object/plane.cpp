@@ -10,6 +10,9 @@
 ///   shader = { type = "phong", diffuse = [0.3, 0.3, 0.25] }
 ///
 /// Has no thickness, and both sides are seen.
+#include <cmath>
+#include <limits>
+
 #include "lib/core/param_table.h"
 #include "lib/math/offset_point.h"
 #include "lib/math/unit_vector.h"
@@ -40,6 +43,15 @@ struct Plane final : Shape {
     const double t = dot(m_n, to_point) / speed;  // parallel: infinite or no number, in no segment
     if (!(t > segment.t0 && t < segment.t1)) return std::nullopt;
     return SurfaceHit{t, speed > 0.0 ? -m_n : m_n, surface_error(length(ray.o) + length(to_point) + t)};
+  }
+  /// A convex box lies between a plane and a sun as a whole, or one of its corners does not.
+  bool may_shadow(const Box3d& box, const Vec3d& towards_sun) const override {
+    for (int n = 0; n < 8; ++n) {
+      const Vec3d corner(n & 1 ? box.max.x : box.min.x, n & 2 ? box.max.y : box.min.y,
+                         n & 4 ? box.max.z : box.min.z);
+      if (intersect({corner, towards_sun}, {0.0, std::numeric_limits<double>::infinity()})) return true;
+    }
+    return !(std::isfinite(box.min.length2()) && std::isfinite(box.max.length2()));
   }
   Box3d bounds() const override {
     Box3d everything;

@@ -147,16 +147,16 @@ TEST_F(Usage, a_time_limit_leaves_no_checkpoint_to_resume) {
 }
 
 TEST_F(Usage, unknown_names_come_with_the_nearest) {
-  EXPECT_EQ(
-      refusal({"--integrator", "exct"}),
-      "--set render.integrator=\"exct\": error: render: unknown integrator type \"exct\"; expected exact or "
-      "uniform; nearest: exact\n");
+  EXPECT_EQ(refusal({"--integrator", "exct"}),
+            "--set render.integrator=\"exct\": error: render: unknown integrator type \"exct\"; expected "
+            "exact, march "
+            "or uniform; nearest: exact\n");
   EXPECT_EQ(refusal({"--aov", "beauty,transmitance"}),
-            "pileus: error: unknown AOV \"transmitance\"; expected beauty, transmittance, Z, samples or "
-            "error_estimate; nearest: transmittance\n");
+            "pileus: error: unknown AOV \"transmitance\"; expected beauty, transmittance, Z, samples, "
+            "error_estimate or error_bound; nearest: transmittance\n");
   EXPECT_EQ(refusal({"--set", "render.aovs="}),
-            "pileus: error: no AOV to write; expected some of beauty, transmittance, Z, samples or "
-            "error_estimate\n");
+            "pileus: error: no AOV to write; expected some of beauty, transmittance, Z, samples, "
+            "error_estimate or error_bound\n");
 }
 
 TEST_F(Usage, outputs_are_refused_before_the_render) {

@@ -45,7 +45,7 @@ TEST(SceneReader, an_almost_empty_scene_has_the_defaults_of_describe) {
   EXPECT_EQ(scene.render.pixel_samples, 1);
   EXPECT_EQ(scene.render.seed, 0);
   EXPECT_EQ(scene.render.aovs, "beauty");
-  EXPECT_EQ(scene.render.integrator->plugin_name, "exact");
+  EXPECT_EQ(scene.render.integrator->plugin_name, "march");
   EXPECT_EQ(scene.camera->plugin_name, "perspective");
   EXPECT_EQ(scene.background->plugin_name, "constant");
   EXPECT_TRUE(scene.lights.empty() && scene.volumes.empty() && scene.objects.empty() &&

@@ -318,7 +318,7 @@ TEST(Render, the_report_counts_what_was_done) {
   const RenderReport& report = rendering.report;
   EXPECT_EQ(report.pixels, 50u * 37u);
   EXPECT_EQ(report.rays, 4 * report.pixels);
-  EXPECT_EQ(report.integrator, "exact");
+  EXPECT_EQ(report.integrator, "march");
   EXPECT_EQ(report.nan_pixels, 0u);
   EXPECT_GT(report.peak_memory_bytes, 1u << 20);
   EXPECT_LE(*report.mean_error_estimate, *report.max_error_estimate);
@@ -332,6 +332,59 @@ TEST(Render, the_report_counts_what_was_done) {
 TEST(Render, an_integrator_without_an_estimate_reports_none) {
   const RenderReport report = render(scene_of(kScene, {"render.integrator=uniform"})).report;
   EXPECT_FALSE(report.max_error_estimate || report.mean_error_estimate);
+}
+
+const std::string kCloud = R"(pileus = 1
+[render]
+size = [24, 18]
+integrator = "march"
+aovs = "beauty,error_bound"
+[camera]
+type = "perspective"
+position = [0, 0, 4]
+[background]
+type = "gradient"
+[light.sun]
+type = "sun"
+[freeform.blob]
+base = { ellipsoid = { center = [0, 0, 0], radii = [1.2, 0.8, 0.7] } }
+[volume.cloud]
+type = "cloud"
+bounds = "blob"
+voxel_size = 0.1
+extinction = 8
+)";
+
+TEST(Render, no_channel_errs_by_more_than_its_bound) {
+  const Rendering marched = render(scene_of(kCloud, {"render.pixel_samples=2"}));
+  const Image exact = image_of(kCloud, {"render.pixel_samples=2", "render.integrator=exact",
+                                        "render.tolerance=1e-8", "render.aovs=beauty"});
+  const std::vector<float>& bounds = marched.image.find("error_bound")->values;
+  for (const char* channel : {"R", "G", "B"}) {
+    for (size_t i = 0; i < bounds.size(); ++i) {
+      const float rounding = 1e-7f * exact.find(channel)->values[i];  // of the exact picture to floats
+      EXPECT_LE(std::abs(marched.image.find(channel)->values[i] - exact.find(channel)->values[i]),
+                bounds[i] + rounding)
+          << channel << " of pixel " << i;
+    }
+  }
+  ASSERT_TRUE(marched.report.max_error_bound && marched.report.mean_error_bound);
+  EXPECT_EQ(*marched.report.max_error_bound, double(*std::max_element(bounds.begin(), bounds.end())));
+  EXPECT_GT(*marched.report.mean_error_bound, 0.0);
+  EXPECT_LT(*marched.report.max_error_bound, 0.01);
+}
+
+TEST(Render, who_proves_no_bound_reports_none) {
+  for (const char* override : {"render.integrator=exact", "render.tolerance=0"}) {
+    const Rendering rendering = render(scene_of(kCloud, {override}));
+    EXPECT_FALSE(rendering.report.max_error_bound || rendering.report.mean_error_bound);
+    EXPECT_TRUE(std::isnan(pixel(rendering.image, "error_bound", 12, 9)));
+  }
+  const std::vector<std::string> choices = render(scene_of(kCloud, {"render.tolerance=0"})).report.choices;
+  EXPECT_TRUE(std::any_of(choices.begin(), choices.end(), [](const std::string& choice) {
+    return choice.rfind("error_bound: none", 0) == 0;
+  }));
+  EXPECT_FALSE(render(scene_of(kCloud, {"render.aovs=beauty"})).report.max_error_bound);
 }
 
 // ---- distances on scenes known on paper ----

@@ -1,0 +1,362 @@
+#include "integrators/ray_enclosure.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "lib/math/transmittance.h"
+
+namespace pileus {
+namespace {
+
+double largest(const Rgb& rgb) {
+  return std::max({std::abs(rgb.x), std::abs(rgb.y), std::abs(rgb.z)});
+}
+
+Rgb absolute(const Rgb& rgb) {
+  return {std::abs(rgb.x), std::abs(rgb.y), std::abs(rgb.z)};
+}
+
+Rgb larger(const Rgb& a, const Rgb& b) {
+  return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
+}
+
+/// colour * number, enclosed.
+EnclosedRgb scaled(const Rgb& colour, const Enclosed& number) {
+  return {colour * number.mid, absolute(colour) * number.half};
+}
+
+}  // namespace
+
+double error_bound(const EnclosedRgb& exact, const Rgb& estimate) {
+  const Rgb error = absolute(estimate - exact.mid) + exact.half;
+  const bool is_known = std::isfinite(error.x) && std::isfinite(error.y) && std::isfinite(error.z);
+  return is_known ? largest(error) : std::numeric_limits<double>::infinity();
+}
+
+EnclosedWorld::EnclosedWorld(const World& world, const EffectPlan& plan, const MarchWorld& march)
+    : m_world(world), m_plan(plan), m_march(march) {
+  for (const MarchGrid& grid : march.kernel.grids) {
+    const bool is_needed = plan.scattering && grid.extinction > 0.0;
+    m_curvatures.push_back(is_needed ? std::make_unique<CurvatureGrid>(*grid.pyramid) : nullptr);
+  }
+}
+
+double EnclosedWorld::depth_variation(size_t light, const Vec3d& middle, const Vec3d& step) const {
+  double sum = 0.0;
+  for (size_t g = 0; g < m_curvatures.size(); ++g) {
+    if (!m_curvatures[g]) continue;
+    const MarchGrid& grid = m_march.kernel.grids[g];
+    const Affine& local = grid.local_from_world;
+    const Ray line{local.point(middle), local.direction(m_march.suns()[light].wi)};
+    sum += grid.extinction * m_curvatures[g]->variation_along(line, local.direction(step));
+  }
+  return sum;
+}
+
+size_t EnclosedWorld::memory_bytes() const {
+  size_t sum = 0;
+  for (const auto& curvature : m_curvatures) sum += curvature ? curvature->memory_bytes() : 0;
+  return sum;
+}
+
+RayEnclosure::RayEnclosure(const EnclosedWorld& enclosed)
+    : m_enclosed(enclosed), m_world(enclosed.world()), m_lights(enclosed.march().suns().size()) {
+  for (const WorldMedium& medium : m_world.media) {
+    m_extinction.push_back(medium.extinction);
+    m_terms = std::max(m_terms, medium.scattering.size());
+  }
+  m_pieces.resize(m_world.media.size());
+}
+
+EnclosedRgb RayEnclosure::enclose(const Ray& ray, Segment segment, const Rgb& behind, const Rgb& estimate,
+                                  const Goal& goal) {
+  m_ray = ray;
+  m_profile.build(m_world, ray, segment, {}, counters);
+  set_weights(-ray.d);
+  cut_stretches(ray);
+  if (m_stretches.empty()) return {behind, Rgb(0.0)};
+
+  const Rgb passed = transmittance(m_profile.tau()) * behind;
+  narrow(estimate - passed, goal);
+  EnclosedRgb total{passed, Rgb(rounding(behind, m_stretches.back().t1))};
+  for (const Stretch& stretch : m_stretches) total += stretch.radiance;
+  return total;
+}
+
+/// Refines the stretches, those first where it pays most, until their sum is narrow enough.
+void RayEnclosure::narrow(const Rgb& estimate, const Goal& goal) {
+  EnclosedRgb total;
+  std::vector<std::pair<double, size_t>> queue;  // what dividing a stretch once more is worth
+  const auto enqueue = [&](size_t i) {
+    const Stretch& stretch = m_stretches[i];
+    queue.emplace_back(largest(stretch.radiance.half) / double(std::max<size_t>(1, stretch.parts.size())), i);
+    std::push_heap(queue.begin(), queue.end());
+  };
+  for (size_t i = 0; i < m_stretches.size(); ++i) {
+    total += m_stretches[i].radiance;
+    enqueue(i);
+  }
+  const uint64_t last_lookup = depth_lookups + goal.most_lookups;
+  for (size_t round = 0; round < goal.most_lookups && depth_lookups < last_lookup; ++round) {
+    const double width = largest(total.half), distance = largest(estimate - total.mid);
+    const bool is_narrow = width <= std::max(goal.half_width, goal.share * distance);
+    if (is_narrow || !(queue.front().first > 0.0)) break;
+    std::pop_heap(queue.begin(), queue.end());
+    const size_t i = queue.back().second;
+    queue.pop_back();
+    Stretch& stretch = m_stretches[i];
+    total.mid -= stretch.radiance.mid;
+    total.half -= stretch.radiance.half;
+    refine(stretch, i);
+    total += stretch.radiance;
+    enqueue(i);
+  }
+}
+
+void RayEnclosure::set_weights(const Vec3d& wo) {
+  const size_t media = m_world.media.size();
+  m_weights.assign(media * m_lights * m_terms, Rgb(0.0));
+  m_darkest.assign(media, Rgb(0.0));
+  m_brightest.assign(media, Rgb(0.0));
+  m_steepest = 0.0;
+  for (size_t m = 0; m < media; ++m) {
+    const WorldMedium& medium = m_world.media[m];
+    double steepness = 0.0;
+    for (size_t l = 0; l < m_lights; ++l) {
+      const Illumination& sun = m_enclosed.march().suns()[l];
+      const double p = medium.phase->p(wo, sun.wi);
+      for (size_t k = 0; k < medium.scattering.size(); ++k) {
+        const ScatterTerm& term = medium.scattering[k];
+        const Rgb weight = medium.albedo * sun.irradiance * phase_weight(term, p);
+        m_weights[(m * m_lights + l) * m_terms + k] = weight;
+        m_brightest[m] += larger(weight, Rgb(0.0));
+        m_darkest[m] -= larger(-weight, Rgb(0.0));
+        steepness += largest(weight) * term.extinction;
+      }
+    }
+    m_steepest = std::max(m_steepest, steepness);
+  }
+}
+
+void RayEnclosure::cut_stretches(const Ray& ray) {
+  m_stretches.clear();
+  m_depths.clear();
+  m_slopes.clear();
+  const auto& spans = m_profile.spans();
+  for (size_t i = 0; i < spans.size(); ++i) {
+    add_stretches(ray, i, i > 0 && spans[i - 1].t1 == spans[i].t0);
+  }
+}
+
+void RayEnclosure::add_stretches(const Ray& ray, size_t span, bool is_joined) {
+  const RayProfile::Span& whole = m_profile.spans()[span];
+  double cells = 0.0;
+  for (size_t m = 0; m < m_world.media.size(); ++m) {
+    if (!m_profile.piece_of(span, m)) continue;
+    const Vec3d across = m_enclosed.march().kernel.grids[m].local_from_world.direction(ray.d);
+    cells = std::max(cells, (whole.t1 - whole.t0) *
+                                std::max({std::abs(across.x), std::abs(across.y), std::abs(across.z)}));
+  }
+  const int count = std::max(1, int(std::ceil(cells * (1.0 - 1e-9))));
+  for (int n = 0; n < count; ++n) {
+    const auto at = [&](int k) {
+      return k == count ? whole.t1 : whole.t0 + k * ((whole.t1 - whole.t0) / count);
+    };
+    Stretch stretch;
+    stretch.span = span;
+    stretch.t0 = at(n);
+    stretch.t1 = at(n + 1);
+    stretch.tau0 = whole.tau0 + m_profile.tau_to(span, stretch.t0);
+    stretch.is_joined = n > 0 || is_joined;
+    load_part(span, stretch.t0, stretch.t1, stretch.tau0);
+    stretch.radiance = unlit(stretch.t0, stretch.t1);
+    stretch.radiance += any_light();
+    m_stretches.push_back(std::move(stretch));
+  }
+}
+
+void RayEnclosure::load_part(size_t span, double t0, double t1, double tau0) {
+  for (size_t m = 0; m < m_pieces.size(); ++m) {
+    const DensityPiece* piece = m_profile.piece_of(span, m);
+    m_pieces[m] = piece ? part_of(*piece, t0, t1) : DensityPiece{};
+  }
+  m_part.set(t0, t1, tau0, m_pieces, m_extinction);
+}
+
+/// What needs no light: the media's own, and that of the sky around, which is linear in height.
+EnclosedRgb RayEnclosure::unlit(double t0, double t1) const {
+  EnclosedRgb sum;
+  for (size_t m = 0; m < m_world.media.size(); ++m) {
+    const WorldMedium& medium = m_world.media[m];
+    if (m_enclosed.plan().emission) sum += scaled(medium.emission, m_part.seen(m));
+    const AmbientLight& sky = medium.ambient;
+    if (!m_enclosed.plan().ambient || !sky.is_on()) continue;
+    const Rgb scattered = medium.extinction * medium.albedo;
+    const Rgb per_metre = (sky.top - sky.bottom) / (sky.y1 - sky.y0);
+    const double middle = m_ray.o.y + 0.5 * (t0 + t1) * m_ray.d.y;
+    sum += scaled(scattered * (sky.bottom + per_metre * (middle - sky.y0)), m_part.seen(m));
+    if (sky.top == sky.bottom) continue;
+    sum += scaled(scattered * per_metre * ((t1 - t0) * m_ray.d.y), m_part.seen_slope(m));
+  }
+  return sum;
+}
+
+/// Scattered light of suns of which nothing is known.
+EnclosedRgb RayEnclosure::any_light() const {
+  EnclosedRgb sum;
+  for (size_t m = 0; m < m_world.media.size(); ++m) {
+    const Enclosed& seen = m_part.seen(m);
+    const Rgb middle = 0.5 * m_extinction[m] * (m_brightest[m] + m_darkest[m]);
+    sum += scaled(middle, seen);
+    sum.half += 0.5 * m_extinction[m] * seen.most() * (m_brightest[m] - m_darkest[m]);
+  }
+  return sum;
+}
+
+void RayEnclosure::refine(Stretch& stretch, size_t index) {
+  if (stretch.parts.empty()) {
+    look_at_light(stretch, index);
+  } else {
+    divide_parts(stretch);
+  }
+  sum_up(stretch);
+}
+
+void RayEnclosure::look_at_light(Stretch& stretch, size_t index) {
+  if (stretch.end0 == kUnknown) {
+    stretch.end0 = depths_at(stretch.t0);
+    if (stretch.is_joined) m_stretches[index - 1].end1 = stretch.end0;
+  }
+  if (stretch.end1 == kUnknown) {
+    stretch.end1 = depths_at(stretch.t1);
+    const bool joins = index + 1 < m_stretches.size() && m_stretches[index + 1].is_joined;
+    if (joins) m_stretches[index + 1].end0 = stretch.end1;
+  }
+  const Vec3d middle = m_ray.at(0.5 * (stretch.t0 + stretch.t1)), step = m_ray.d * (stretch.t1 - stretch.t0);
+  for (size_t l = 0; l < m_lights; ++l) {
+    stretch.variation.push_back(m_enclosed.depth_variation(l, middle, step));
+  }
+  depth_lookups += m_lights;
+  stretch.parts.push_back(make_part(stretch, stretch.t0, stretch.t1, stretch.end0, stretch.end1));
+}
+
+/// Halves the parts that contribute more than half as much as the worst.
+void RayEnclosure::divide_parts(Stretch& stretch) {
+  double worst = 0.0;
+  for (const Part& part : stretch.parts) worst = std::max(worst, part.width);
+  std::vector<Part> parts;
+  for (const Part& part : stretch.parts) {
+    const double t = 0.5 * (part.t0 + part.t1);
+    if (part.width < 0.5 * worst || !(t > part.t0 && t < part.t1)) {
+      parts.push_back(part);
+      continue;
+    }
+    const int end = depths_at(t);
+    parts.push_back(make_part(stretch, part.t0, t, part.end0, end));
+    parts.push_back(make_part(stretch, t, part.t1, end, part.end1));
+  }
+  stretch.parts = std::move(parts);
+}
+
+RayEnclosure::Part RayEnclosure::make_part(const Stretch& stretch, double t0, double t1, int end0, int end1) {
+  Part part;
+  part.t0 = t0;
+  part.t1 = t1;
+  part.tau0 = m_profile.spans()[stretch.span].tau0 + m_profile.tau_to(stretch.span, t0);
+  part.end0 = end0;
+  part.end1 = end1;
+  part.slopes = m_slopes.size();
+  m_slopes.resize(m_slopes.size() + m_lights, Rgb(0.0));
+  load_part(stretch.span, t0, t1, part.tau0);
+  part.rough = part.fine = unlit(t0, t1);
+  enclose_light(stretch, part);
+  Rgb fine = part.fine.half;
+  for (size_t l = 0; l < m_lights; ++l) fine += m_slopes[part.slopes + l] * stretch.variation[l];
+  part.is_rough = largest(part.rough.half) <= largest(fine);
+  part.width = part.is_rough ? largest(part.rough.half) : largest(fine);
+  return part;
+}
+
+/// With V the variation of the depth's derivative over the part, h its share of the stretch: the depth is
+/// within h V / 4 of linear anywhere, and within h V / 8 on average.
+void RayEnclosure::enclose_light(const Stretch& stretch, Part& part) {
+  const double share = (part.t1 - part.t0) / (stretch.t1 - stretch.t0);
+  for (size_t l = 0; l < m_lights; ++l) {
+    const double depth0 = m_depths[size_t(part.end0) * m_lights + l],
+                 depth1 = m_depths[size_t(part.end1) * m_lights + l];
+    const double apart = 0.25 * share * stretch.variation[l];
+    const double least = std::max(0.0, std::min(depth0, depth1) - apart),
+                 most = std::max(depth0, depth1) + apart;
+    for (size_t m = 0; m < m_world.media.size(); ++m) {
+      const Enclosed& seen = m_part.seen(m);
+      if (!(seen.most() > 0.0)) continue;
+      // Integral of T rho |difference from linear|, per variation.
+      const double off_linear =
+          share *
+          std::min(0.125 * m_part.front() * m_part.max_density(m) * m_part.length(), 0.25 * seen.most());
+      const auto& terms = m_world.media[m].scattering;
+      for (size_t k = 0; k < terms.size(); ++k) {
+        const double a = terms[k].extinction;
+        const Rgb colour = m_extinction[m] * weight(m, l, k);
+        part.fine += scaled(colour, m_part.seen_dimmed(m, a * depth0, a * depth1));
+        const double bright = transmittance(a * least), dark = transmittance(a * most);
+        m_slopes[part.slopes + l] += absolute(colour) * (a * bright * off_linear);
+        part.rough += scaled(colour * (0.5 * (bright + dark)), seen);
+        part.rough.half += absolute(colour) * (0.5 * (bright - dark) * seen.most());
+      }
+    }
+  }
+}
+
+/// The variations of the parts add up to that of the stretch at most: all of it may lie where it does the
+/// most harm, but only once.
+void RayEnclosure::sum_up(Stretch& stretch) const {
+  stretch.radiance = {};
+  for (const Part& part : stretch.parts) stretch.radiance += part.is_rough ? part.rough : part.fine;
+  for (size_t l = 0; l < m_lights; ++l) {
+    Rgb worst(0.0);
+    for (const Part& part : stretch.parts) {
+      if (!part.is_rough) worst = larger(worst, m_slopes[part.slopes + l]);
+    }
+    stretch.radiance.half += worst * stretch.variation[l];
+  }
+}
+
+/// Index of the exact depths towards all lights at t.
+int RayEnclosure::depths_at(double t) {
+  const Vec3d p = m_ray.at(t);
+  for (size_t l = 0; l < m_lights; ++l) m_depths.push_back(m_enclosed.march().exact_depth(l, p, counters));
+  depth_lookups += m_lights;
+  return int(m_depths.size() / std::max<size_t>(1, m_lights)) - 1;
+}
+
+/// What rounding can do: sums and functions in double to everything that adds up, and positions, which are
+/// off by a few ulp of the distance, to optical depths.
+double RayEnclosure::rounding(const Rgb& behind, double distance) const {
+  constexpr double kRelative = 1e-10, kUlps = 32.0;
+  double brightest = 0.0, per_metre = 0.0, glow = 0.0;
+  for (size_t m = 0; m < m_world.media.size(); ++m) {
+    const WorldMedium& medium = m_world.media[m];
+    const double sky = largest(medium.albedo * larger(medium.ambient.bottom, medium.ambient.top));
+    brightest += largest(m_brightest[m]) + largest(m_darkest[m]) + sky;
+    per_metre += medium.extinction * medium.density->max_density();
+    const double seen =
+        medium.extinction > 0.0 ? std::min(1.0 / medium.extinction, column_of(m)) : column_of(m);
+    glow += largest(medium.emission) * seen;
+  }
+  const double opaque = opacity_from_tau(m_profile.tau());
+  const double off =
+      per_metre * kUlps * std::numeric_limits<double>::epsilon() * (length(m_ray.o) + distance);
+  const double radiance = brightest * opaque + glow + largest(behind);
+  return kRelative * radiance + std::min(1.0, off) * (radiance + brightest) +
+         opaque * std::min(m_steepest * off, brightest);
+}
+
+double RayEnclosure::column_of(size_t m) const {
+  double sum = 0.0;
+  for (size_t i = 0; i < m_profile.spans().size(); ++i) sum += m_profile.column(i, m);
+  return sum;
+}
+
+}  // namespace pileus

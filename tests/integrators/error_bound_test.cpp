@@ -1,0 +1,250 @@
+// What is proven about the error of `march` is hunted for counterexamples: each step of the proof by itself,
+// then the whole.
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "integrators/gauss_kronrod.h"
+#include "integrators/ray_enclosure.h"
+#include "lib/core/parallel.h"
+#include "lib/math/transmittance.h"
+#include "tests/fixtures/random_world.h"
+
+namespace pileus {
+namespace {
+
+constexpr double kAll = std::numeric_limits<double>::infinity();
+
+double largest(const Rgb& rgb) {
+  return std::max({std::abs(rgb.x), std::abs(rgb.y), std::abs(rgb.z)});
+}
+
+double median(std::vector<double> values) {
+  std::sort(values.begin(), values.end());
+  return values.empty() ? 0.0 : values[values.size() / 2];
+}
+
+std::unique_ptr<const Tracer> tracer(const char* name, const RandomWorld& random, double tolerance) {
+  const auto integrator =
+      std::dynamic_pointer_cast<Integrator>(plugin_registry().find(Integrator::kKind, name)->make());
+  return integrator->prepare(random.world, random.plan, {tolerance, 1.0, {64, 64}});
+}
+
+std::vector<RayResult> trace(const Tracer& tracer, std::span<const Ray> rays) {
+  std::vector<RayResult> results(rays.size());
+  Counters counters;
+  tracer.trace(rays, results, counters);
+  return results;
+}
+
+/// The radiance of a ray by brute force: every span of every medium in panels of its own, halved until the
+/// rules of 3 and 7 points agree. Slower than `exact` and less trusting: `exact` takes some panels across
+/// several spans, and its estimate is no proof.
+class CarefulRadiance {
+ public:
+  CarefulRadiance(const RandomWorld& random, const MarchWorld& march)
+      : m_world(random.world), m_march(march) {}
+
+  Rgb trace(const Ray& ray) {
+    m_ray = ray;
+    m_profile.build(m_world, ray, {0.0, kAll}, {}, m_counters);
+    Rgb sum = transmittance(m_profile.tau()) * m_world.background->radiance(ray.d);
+    constexpr int kPanels = 4;
+    for (size_t i = 0; i < m_profile.spans().size(); ++i) {
+      const RayProfile::Span& span = m_profile.spans()[i];
+      if (span.tau0 > 40.0) break;
+      const double h = (span.t1 - span.t0) / kPanels;
+      for (int n = 0; n < kPanels; ++n) sum += integral(i, span.t0 + n * h, span.t0 + (n + 1) * h, 24);
+    }
+    return sum;
+  }
+
+ private:
+  Rgb integral(size_t span, double t0, double t1, int halvings) {
+    Rgb seven(0.0), three(0.0);
+    for (const auto& node : GaussKronrod7::kNodes) {
+      const Rgb value = (t1 - t0) * integrand(span, t0 + node.x * (t1 - t0));
+      seven += node.kronrod * value;
+      three += node.gauss * value;
+    }
+    if (halvings == 0 || largest(seven - three) <= 1e-8) return seven;
+    const double t = 0.5 * (t0 + t1);
+    return integral(span, t0, t, halvings - 1) + integral(span, t, t1, halvings - 1);
+  }
+
+  Rgb integrand(size_t span, double t) {
+    const Vec3d p = m_ray.at(t);
+    const double passed = transmittance(m_profile.spans()[span].tau0 + m_profile.tau_to(span, t));
+    if (passed < 1e-14) return Rgb(0.0);
+    Rgb sum(0.0);
+    for (size_t m = 0; m < m_world.media.size(); ++m) {
+      const WorldMedium& medium = m_world.media[m];
+      Rgb source = medium.ambient.at(p.y);
+      for (size_t l = 0; l < m_march.suns().size(); ++l) {
+        const Illumination& sun = m_march.suns()[l];
+        const double phase = medium.phase->p(-m_ray.d, sun.wi);
+        source += sun.irradiance *
+                  scatter_response(medium.scattering, phase, m_march.exact_depth(l, p, m_counters));
+      }
+      sum += m_profile.density(span, m, t) * (medium.emission + medium.extinction * medium.albedo * source);
+    }
+    return passed * sum;
+  }
+
+  const World& m_world;
+  const MarchWorld& m_march;
+  Ray m_ray;
+  RayProfile m_profile;
+  FieldCounters m_counters;
+};
+
+/// The variation of the derivative of the optical depth along a step is at least what second differences of
+/// exact depths show of it.
+TEST(ErrorBound, optical_depth_bends_no_more_than_the_curvature_grid_says) {
+  std::vector<double> shares;
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    RandomWorld random(seed);
+    if (random.world.lights.empty()) continue;
+    const MarchWorld march(random.world, random.plan);
+    const EnclosedWorld enclosed(random.world, random.plan, march);
+    FieldCounters counters;
+    for (int n = 0; n < 60; ++n) {
+      const Ray ray = random.ray();
+      const double scale = random.world.media[0].density->feature_size();
+      const Vec3d middle = ray.at(random.uniform(0.0, 20.0) * scale);
+      const Vec3d step = ray.d * (scale * random.logarithmic(0.01, 6.0));
+      constexpr int kSteps = 24;
+      std::array<double, kSteps + 1> depth;
+      for (int i = 0; i <= kSteps; ++i) {
+        depth[size_t(i)] = march.exact_depth(0, middle + (double(i) / kSteps - 0.5) * step, counters);
+      }
+      double variation = 0.0;
+      for (size_t i = 1; i < kSteps; ++i) {
+        variation += kSteps * std::abs((depth[i + 1] - depth[i]) - (depth[i] - depth[i - 1]));
+      }
+      const double bound = enclosed.depth_variation(0, middle, step);
+      EXPECT_LE(variation, bound + 1e-10 * (1.0 + depth[0])) << "seed " << seed << ", line " << n;
+      if (bound > 1e-6 && variation > 1e-6) shares.push_back(variation / bound);
+    }
+  }
+  EXPECT_GT(shares.size(), 1500u);
+  // Somewhere the bound is nearly reached, or it would be a poor one.
+  EXPECT_GT(*std::max_element(shares.begin(), shares.end()), 0.9);
+  std::printf("variation / bound: median %.2f\n", median(shares));
+}
+
+/// Integrals of a part against many small Gauss panels.
+TEST(ErrorBound, integrals_of_parts_lie_in_their_intervals) {
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (int n = 0; n < 5000; ++n) {
+    const double t0 = 3.0 * uniform(random), length = std::pow(10.0, 3.0 * uniform(random) - 2.0);
+    std::vector<DensityPiece> pieces(2);
+    std::vector<double> extinction;
+    for (DensityPiece& piece : pieces) {
+      piece.t0 = t0;
+      piece.t1 = t0 + length;
+      for (double& rho : piece.rho) rho = uniform(random) < 0.2 ? 0.0 : uniform(random);
+      extinction.push_back(std::pow(10.0, 4.0 * uniform(random) - 3.0));
+    }
+    if (n % 3 == 0) pieces[1] = {};
+    const double tau0 = uniform(random), a = 4.0 * uniform(random),
+                 b = 4.0 * uniform(random) * uniform(random);
+    PartIntegrals part;
+    part.set(t0, t0 + length, tau0, pieces, extinction);
+    double seen = 0.0, slope = 0.0, dimmed = 0.0;
+    constexpr int kPanels = 200;
+    for (int panel = 0; panel < kPanels; ++panel) {
+      for (size_t q = 0; q < GaussLegendre8::kX.size(); ++q) {
+        const double u = (panel + GaussLegendre8::kX[q]) / kPanels, t = t0 + u * length;
+        double tau = tau0 + extinction[0] * column_to(pieces[0], t);
+        if (n % 3 != 0) tau += extinction[1] * column_to(pieces[1], t);
+        const double weight =
+            GaussLegendre8::kWeight[q] * length / kPanels * transmittance(tau) * density_at(pieces[0], t);
+        seen += weight;
+        slope += weight * (u - 0.5);
+        dimmed += weight * transmittance(a + (b - a) * u);
+      }
+    }
+    const double rounding = 1e-12 * length;
+    EXPECT_LE(std::abs(part.seen(0).mid - seen), part.seen(0).half + rounding) << n;
+    EXPECT_LE(std::abs(part.seen_slope(0).mid - slope), part.seen_slope(0).half + rounding) << n;
+    EXPECT_LE(std::abs(part.seen_dimmed(0, a, b).mid - dimmed), part.seen_dimmed(0, a, b).half + rounding)
+        << n;
+  }
+}
+
+/// However coarse or fine, an interval holds the radiance.
+TEST(ErrorBound, exact_radiance_lies_in_every_interval) {
+  std::vector<size_t> rays_of(400);
+  std::vector<double> widest(rays_of.size());
+  parallel_for(rays_of.size(), [&](size_t seed) {
+    RandomWorld random(unsigned(1000 + seed));
+    const MarchWorld march(random.world, random.plan);
+    const EnclosedWorld enclosed(random.world, random.plan, march);
+    RayEnclosure enclosure(enclosed);
+    CarefulRadiance careful(random, march);
+    for (int n = 0; n < 30; ++n) {
+      const Ray ray = random.ray();
+      const Rgb truth = careful.trace(ray);
+      for (const double goal : {kAll, 1e-1, 1e-2, 1e-3, 1e-4}) {
+        const Rgb behind = random.world.background->radiance(ray.d);
+        const EnclosedRgb interval = enclosure.enclose(ray, {0.0, kAll}, behind, truth, {goal, 0.0, 2000});
+        for (int c = 0; c < 3; ++c) {
+          EXPECT_LE(std::abs(interval.mid[c] - truth[c]), interval.half[c] + 1e-7)
+              << "world " << seed << ", ray " << n << ", goal " << goal;
+        }
+      }
+      ++rays_of[seed];
+    }
+  });
+}
+
+/// 200 worlds, 60 rays each: no channel of any ray errs by more than its bound, whoever says what is right.
+TEST(ErrorBound, no_ray_errs_by_more) {
+  constexpr size_t kWorlds = 200, kRays = 60;
+  std::vector<std::vector<double>> ratios(kWorlds);
+  parallel_for(kWorlds, [&](size_t seed) {
+    RandomWorld random(unsigned(5000 + seed));
+    const MarchWorld world(random.world, random.plan);
+    CarefulRadiance careful(random, world);
+    const auto exact = tracer("exact", random, 1e-8);
+    const auto march = tracer("march", random, random.logarithmic(1e-4, 0.3));
+    std::vector<Ray> rays;
+    for (size_t n = 0; n < kRays; ++n) rays.push_back(random.ray());
+    const std::vector<RayResult> exactly = trace(*exact, rays), marched = trace(*march, rays);
+    for (size_t n = 0; n < kRays; ++n) {
+      const double error = largest(marched[n].radiance - careful.trace(rays[n]));
+      EXPECT_LE(error, marched[n].bound + 1e-7) << "world " << seed << ", ray " << n;
+      EXPECT_LE(largest(marched[n].radiance - exactly[n].radiance),
+                marched[n].bound + exactly[n].error + 1e-7)
+          << "world " << seed << ", ray " << n;
+      if (error > 1e-6) ratios[seed].push_back(marched[n].bound / error);
+    }
+  });
+  std::vector<double> all;
+  for (const auto& some : ratios) all.insert(all.end(), some.begin(), some.end());
+  std::printf("bound / error: median %.2f, largest %.0f, of %zu rays with an error\n", median(all),
+              *std::max_element(all.begin(), all.end()), all.size());
+  EXPECT_GT(all.size(), 2000u);
+  EXPECT_LT(median(all), 3.0);
+}
+
+TEST(ErrorBound, a_ray_that_meets_nothing_has_no_error) {
+  RandomWorld random(1);
+  const auto march = tracer("march", random, 0.01);
+  const Box3d box = random.world.media[0].density->bounds();
+  const Ray away{box.max + Vec3d(100.0), normalize(Vec3d(1.0))};
+  EXPECT_EQ(trace(*march, {&away, 1})[0].bound, 0.0);
+}
+
+TEST(ErrorBound, who_does_not_ask_gets_none) {
+  RandomWorld random(1);
+  random.plan.aovs = {"beauty"};
+  const Ray ray = random.ray();
+  EXPECT_TRUE(std::isnan(trace(*tracer("march", random, 0.01), {&ray, 1})[0].bound));
+}
+
+}  // namespace
+}  // namespace pileus
