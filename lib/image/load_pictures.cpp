@@ -27,8 +27,8 @@ const Pictures* load_from(const fs::path& file) {
   const auto refuse = [&](const std::string& message) {
     throw Error(ErrorKind::failed, file.string(), message);
   };
-  // It stays loaded for the life of the process.
-  void* library = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
+  // It stays loaded for the life of the process. Binding all its libraries' functions at once takes longer.
+  void* library = dlopen(file.c_str(), RTLD_LAZY | RTLD_LOCAL);
   if (!library) refuse(fmt::format("cannot be loaded, and pictures other than EXR need it: {}", dlerror()));
 
   const auto version =

@@ -12,6 +12,16 @@ function(run step)
   set(output "${output}" PARENT_SCOPE)
 endfunction()
 
+# expect_refusal(STEP EXPECTED COMMAND...) runs a command that must fail with a message.
+function(expect_refusal step expected)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(result EQUAL 0)
+    message(FATAL_ERROR "${step} went well; expected a refusal:\n${output}")
+  endif()
+  expect_output("${step}" "${expected}")
+  message(STATUS "${step}: refused")
+endfunction()
+
 function(expect_output step expected)
   if(NOT output MATCHES "${expected}")
     message(FATAL_ERROR "${step} printed\n${output}\nwhich does not match\n${expected}")
@@ -56,3 +66,24 @@ run("plugins" ${prefix}/bin/pileus plugins cornette_shanks)
 expect_output("pileus plugins" "-1 < g < 1")
 run("render with the program" ${prefix}/bin/pileus render ${scene} -o ${WORK_DIR}/program.exr --quiet)
 run("diff" ${prefix}/bin/pileus diff ${WORK_DIR}/find_package.exr ${WORK_DIR}/program.exr --fail "max>0")
+
+# OpenImageIO is found through a library of its own beside libpileus; without it, or with that of another version, all
+# but pictures other than EXR works, and is refused before the render.
+set(pictures ${prefix}/${LIBDIR}/libpileus_pictures.so)
+set(render_png ${prefix}/bin/pileus render ${scene} -o ${WORK_DIR}/program.png --quiet)
+run("render a PNG picture" ${render_png})
+run("read a PNG picture" ${prefix}/bin/pileus diff ${WORK_DIR}/program.png ${WORK_DIR}/program.png --fail "max>0")
+run("libraries that every start loads" ldd ${prefix}/bin/pileus)
+if(output MATCHES "OpenImageIO")
+  message(FATAL_ERROR "OpenImageIO is loaded at every start:\n${output}")
+endif()
+file(REMOVE ${pictures})
+expect_refusal("render PNG without the library" "libpileus_pictures.so: error: cannot be loaded" ${render_png})
+run("render EXR without the library" ${prefix}/bin/pileus render ${scene} -o ${WORK_DIR}/without.exr --quiet)
+run("diff without the library" ${prefix}/bin/pileus diff ${WORK_DIR}/program.exr ${WORK_DIR}/without.exr --fail "max>0")
+file(WRITE ${WORK_DIR}/other_version.cpp [[
+extern "C" const char* pileus_pictures_version() { return "0.0.9"; }
+extern "C" const void* pileus_pictures() { return nullptr; }
+]])
+run("compile another version" ${CXX} -shared -fPIC ${WORK_DIR}/other_version.cpp -o ${pictures})
+expect_refusal("render PNG with another version" "version 0\\.0\\.9; expected ${VERSION}" ${render_png})
