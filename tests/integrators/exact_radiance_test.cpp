@@ -6,6 +6,7 @@
 #include <gtest/gtest.h>
 
 #include "lib/math/transmittance.h"
+#include "tests/fixtures/picture_scene.h"
 #include "tests/fixtures/random_grid.h"
 #include "tests/fixtures/temp_folder.h"
 #include "tests/fixtures/traced_scene.h"
@@ -296,6 +297,37 @@ irradiance = [1, 1, 1]
   const double expected = kIsotropic * std::exp(-sigma * 50) * (until(50) - (until(2) - until(-2)));
   EXPECT_NEAR(result.radiance.x, expected, 1e-7 * expected);
   EXPECT_LT(result.samples, 2000u);  // the edges are known, not searched
+}
+
+TEST(ExactRadiance, keeps_its_tolerance_where_media_have_edges_in_each_other) {
+  const std::string text = R"([camera]
+type = "perspective"
+position = [0, 0.3, 8]
+look_at = [0, 0, 0]
+fov_deg = 40
+[light.sun]
+type = "sun"
+direction = [0.3, 0.8, 0.5]
+irradiance = [9, 8, 7]
+[volume.large]
+type = "ellipsoid"
+radii = [2.2, 1.5, 1.2]
+extinction = 0.8
+albedo = [0.9, 0.2, 0.1]
+[volume.small]
+type = "ellipsoid"
+center = [0.4, 0.2, 0.1]
+radii = [0.9, 1.1, 0.7]
+extinction = 2.5
+albedo = [0.1, 0.3, 0.95]
+)";
+  constexpr double kTolerance = 3e-4;
+  const Vec2i size(64, 40);
+  const auto rough = PictureScene("\"exact\"", text, kTolerance, size).picture();
+  const auto fine = PictureScene("\"exact\"", text, 1e-8, size).picture();
+  for (size_t i = 0; i < rough.size(); ++i) {
+    for (int c = 0; c < 3; ++c) ASSERT_NEAR(rough[i].radiance[c], fine[i].radiance[c], kTolerance) << i;
+  }
 }
 
 TEST(ExactRadiance, depth_planes) {
