@@ -35,7 +35,7 @@ using Counters = std::map<std::string, uint64_t>;
 struct Accuracy {
   double tolerance = 0.0;   ///< absolute error per channel of linear radiance; 0: as exact as can be
   double coarseness = 1.0;  ///< >= 1: multiplies what trades accuracy for time (tolerance, step length)
-  Vec2i picture{0, 0};      ///< size of the whole picture [pixels]: some of its rays may be looked at beforehand
+  Vec2i picture{0, 0};  ///< size of the whole picture [pixels]: some of its rays may be looked at beforehand
 };
 
 /// An integrator made ready for one world. Immutable: trace() is called from many threads at once.
@@ -43,7 +43,8 @@ class Tracer {
  public:
   virtual ~Tracer() = default;
 
-  /// How many rays trace() likes to get at once. An interruption is heard between calls: where rays are costly, few.
+  /// How many rays trace() likes to get at once. An interruption is heard between calls: where rays are
+  /// costly, few.
   virtual size_t rays_per_call() const { return 4; }
 
   /// What was chosen for this scene and why, in sentences for people.
@@ -61,6 +62,9 @@ struct Integrator : Plugin {
   /// Chooses its kernels by the plan and derives what it needs. `world` and `plan` outlive the tracer.
   virtual std::unique_ptr<const Tracer> prepare(const World& world, const EffectPlan& plan,
                                                 const Accuracy& accuracy) const = 0;
+
+  /// True where it may read grids at coarser levels than they have, if the picture shows no difference.
+  virtual bool has_level_of_detail() const { return false; }
 };
 
 }  // namespace pileus
