@@ -62,12 +62,12 @@ void MarchWorld::place_grid(size_t index) {
 }
 
 std::optional<MarchWorld::GridLevel> MarchWorld::coarser_level(size_t grid) const {
-  std::optional<CoarserGrid> coarser = coarsen(kernel.grids[grid].pyramid->grid());
+  std::optional<BrickGrid> coarser = coarsen(kernel.grids[grid].pyramid->grid());
   if (!coarser) return std::nullopt;
   GridLevel next;
   next.level = level(grid) + 1;
-  next.coarse = std::make_unique<CoarserGrid>(std::move(*coarser));
-  next.pyramid = std::make_unique<BrickPyramid>(next.coarse->grid);
+  next.coarse = std::make_unique<BrickGrid>(std::move(*coarser));
+  next.pyramid = std::make_unique<BrickPyramid>(*next.coarse);
   return next;
 }
 

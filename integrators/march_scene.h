@@ -26,7 +26,7 @@ class MarchWorld {
   /// A grid at one of its levels: 0 are the voxels as they are, each further one has voxels twice the size.
   struct GridLevel {
     int level = 0;
-    std::unique_ptr<CoarserGrid> coarse;  ///< null at level 0
+    std::unique_ptr<BrickGrid> coarse;  ///< null at level 0
     std::unique_ptr<BrickPyramid> pyramid;
   };
 

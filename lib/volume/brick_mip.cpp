@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <vector>
 
 #include "lib/core/parallel.h"
 
@@ -157,23 +158,6 @@ Differences differences_in_brick(const BrickGrid& fine, const Vec3i& cell, const
   return found;
 }
 
-/// Wherever the fine field is not 0, neither is a corner of the coarse cell there.
-void measure(const BrickGrid& fine, CoarserGrid& coarser) {
-  const BrickGrid& grid = coarser.grid;
-  std::vector<Differences> of_slices(grid.blocks().size() * BrickGrid::kBlockBricks);
-  parallel_for(of_slices.size(), [&](size_t i) {
-    const BrickGrid::Block& block = grid.blocks()[i / BrickGrid::kBlockBricks];
-    const int slice = int(i % BrickGrid::kBlockBricks);
-    for_each_brick(grid, block, slice, slice + 1, [&](const Vec3i& at, const BrickGrid::Brick& brick) {
-      of_slices[i].add(differences_in_brick(fine, block.origin + at * 8, grid.values(brick)));
-    });
-  });
-  Differences all;
-  for (const Differences& some : of_slices) all.add(some);
-  coarser.largest_error = all.largest;
-  coarser.mean_square_error = all.nodes > 0.0 ? all.squares / all.nodes : 0.0;
-}
-
 size_t leaves_of_uniform_blocks(const BrickGrid& fine) {
   constexpr size_t kLeavesOfBlock = BrickGrid::kBricksOfBlock / 8;
   return kLeavesOfBlock *
@@ -190,7 +174,7 @@ bool is_worth_its_memory(const BrickGrid& fine, double leaves) {
 
 }  // namespace
 
-std::optional<CoarserGrid> coarsen(const BrickGrid& fine) {
+std::optional<BrickGrid> coarsen(const BrickGrid& fine) {
   if (!is_worth_its_memory(fine, double(leaves_of_uniform_blocks(fine)))) return std::nullopt;
   const std::vector<Vec3i> origins = wanted_leaves(fine);
   if (!is_worth_its_memory(fine, double(origins.size()))) return std::nullopt;
@@ -205,9 +189,22 @@ std::optional<CoarserGrid> coarsen(const BrickGrid& fine) {
       make_leaf(fine, origins[i], values.get() + i * kValues);
     }
   });
-  CoarserGrid coarser{build_brick_grid(leaves, {})};
-  measure(fine, coarser);
-  return coarser;
+  return build_brick_grid(leaves, {});
+}
+
+/// Wherever the fine field is not 0, neither is a corner of the coarse cell there.
+LevelDifference compare_levels(const BrickGrid& fine, const BrickGrid& coarse) {
+  std::vector<Differences> of_slices(coarse.blocks().size() * BrickGrid::kBlockBricks);
+  parallel_for(of_slices.size(), [&](size_t i) {
+    const BrickGrid::Block& block = coarse.blocks()[i / BrickGrid::kBlockBricks];
+    const int slice = int(i % BrickGrid::kBlockBricks);
+    for_each_brick(coarse, block, slice, slice + 1, [&](const Vec3i& at, const BrickGrid::Brick& brick) {
+      of_slices[i].add(differences_in_brick(fine, block.origin + at * 8, coarse.values(brick)));
+    });
+  });
+  Differences all;
+  for (const Differences& some : of_slices) all.add(some);
+  return {all.largest, all.nodes > 0.0 ? all.squares / all.nodes : 0.0};
 }
 
 }  // namespace pileus

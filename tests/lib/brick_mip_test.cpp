@@ -56,7 +56,7 @@ VoxelSources some_voxels(unsigned seed) {
 TEST(BrickMip, nodes_are_means_of_three_along_each_axis) {
   const VoxelSources voxels = some_voxels(1);
   const BrickGrid fine = voxels.build();
-  const std::optional<CoarserGrid> coarser = coarsen(fine);
+  const std::optional<BrickGrid> coarser = coarsen(fine);
   ASSERT_TRUE(coarser);
   for_each_node({-12, -12, -45}, {75, 70, 20}, [&](const Vec3i& p) {
     double expected = 0.0;
@@ -64,35 +64,36 @@ TEST(BrickMip, nodes_are_means_of_three_along_each_axis) {
       const double weight = 1.0 / (4 << (std::abs(d.x) + std::abs(d.y) + std::abs(d.z))) / 2.0;
       expected += weight * double(voxels.at(p * 2 + d));
     });
-    ASSERT_NEAR(node(coarser->grid, p), expected, 1e-6) << p;
-    ASSERT_EQ(node(coarser->grid, p) > 0.0, expected > 0.0) << p;
+    ASSERT_NEAR(node(*coarser, p), expected, 1e-6) << p;
+    ASSERT_EQ(node(*coarser, p) > 0.0, expected > 0.0) << p;
   });
 }
 
 TEST(BrickMip, the_integral_stays) {
   const BrickGrid fine = some_voxels(2).build();
-  const std::optional<CoarserGrid> coarser = coarsen(fine);
+  const std::optional<BrickGrid> coarser = coarsen(fine);
   ASSERT_TRUE(coarser);
   const auto sum = [](const BrickGrid& grid) {
     double total = 0.0;
     for_each_node(grid.lo(), grid.hi(), [&](const Vec3i& p) { total += node(grid, p); });
     return total;
   };
-  EXPECT_NEAR(8.0 * sum(coarser->grid), sum(fine), 1e-6 * sum(fine));
+  EXPECT_NEAR(8.0 * sum(*coarser), sum(fine), 1e-6 * sum(fine));
 }
 
 TEST(BrickMip, no_point_differs_by_more_than_it_says) {
   for (const unsigned seed : {3u, 4u}) {
     const VoxelSources voxels = some_voxels(seed);
     const BrickGrid fine = voxels.build();
-    const std::optional<CoarserGrid> coarser = coarsen(fine);
+    const std::optional<BrickGrid> coarser = coarsen(fine);
     ASSERT_TRUE(coarser);
+    const LevelDifference said = compare_levels(fine, *coarser);
     std::mt19937 random(seed);
     const auto between = [&](double lo, double hi) {
       return std::uniform_real_distribution<double>(lo, hi)(random);
     };
     const auto difference = [&](const Vec3d& p) {
-      return std::abs(density(fine, p) - density(coarser->grid, 0.5 * p));
+      return std::abs(density(fine, p) - density(*coarser, 0.5 * p));
     };
     double worst = 0.0;
     for (int n = 0; n < 100000; ++n) {
@@ -100,16 +101,16 @@ TEST(BrickMip, no_point_differs_by_more_than_it_says) {
                             : Vec3d(between(110, 140), between(-4, 20), between(-4, 20));
       worst = std::max(worst, difference(p));
     }
-    EXPECT_LE(worst, coarser->largest_error * (1.0 + 1e-12));
+    EXPECT_LE(worst, said.largest * (1.0 + 1e-12));
     double at_nodes = 0.0, squares = 0.0, count = 0.0;
     for_each_node(fine.lo() - Vec3i(4), fine.hi() + Vec3i(4), [&](const Vec3i& p) {
       const double d = difference(Vec3d(p));
       at_nodes = std::max(at_nodes, d);
       squares += d * d;
-      count += node(fine, p) > 0.0 || density(coarser->grid, 0.5 * Vec3d(p)) > 0.0 ? 1.0 : 0.0;
+      count += node(fine, p) > 0.0 || density(*coarser, 0.5 * Vec3d(p)) > 0.0 ? 1.0 : 0.0;
     });
-    EXPECT_NEAR(coarser->largest_error, at_nodes, 1e-12) << "and some node does differ by so much";
-    EXPECT_NEAR(coarser->mean_square_error, squares / count, 1e-9);
+    EXPECT_NEAR(said.largest, at_nodes, 1e-12) << "and some node does differ by so much";
+    EXPECT_NEAR(said.mean_square, squares / count, 1e-9);
   }
 }
 
@@ -117,24 +118,26 @@ TEST(BrickMip, a_smooth_grid_hardly_changes_and_takes_an_eighth) {
   VoxelSources voxels;
   for_each_voxel_of_blob({0, 0, 0}, {60, 50, 40}, [&](const Vec3i& p, float rho) { voxels.set(p, rho); });
   const BrickGrid fine = voxels.build();
-  const std::optional<CoarserGrid> coarser = coarsen(fine);
+  const std::optional<BrickGrid> coarser = coarsen(fine);
   ASSERT_TRUE(coarser);
-  EXPECT_LT(coarser->largest_error, 0.01);
-  EXPECT_LT(coarser->grid.all_values().size(), fine.all_values().size() / 5);
-  const std::optional<CoarserGrid> coarsest = coarsen(coarser->grid);
+  const double first = compare_levels(fine, *coarser).largest;
+  EXPECT_LT(first, 0.01);
+  EXPECT_LT(coarser->all_values().size(), fine.all_values().size() / 5);
+  const std::optional<BrickGrid> coarsest = coarsen(*coarser);
   ASSERT_TRUE(coarsest);
-  EXPECT_NEAR(coarsest->largest_error, 4.0 * coarser->largest_error, 2.0 * coarser->largest_error);
+  EXPECT_NEAR(compare_levels(*coarser, *coarsest).largest, 4.0 * first, 2.0 * first);
 }
 
 TEST(BrickMip, does_not_depend_on_threads) {
   const BrickGrid fine = some_voxels(5).build();
-  const std::optional<CoarserGrid> reference = coarsen(fine);
+  const std::optional<BrickGrid> reference = coarsen(fine);
+  const LevelDifference all = compare_levels(fine, *reference);
   for (const int threads : {1, 7}) {
     with_threads(threads, [&] {
-      const std::optional<CoarserGrid> other = coarsen(fine);
-      EXPECT_TRUE(std::ranges::equal(other->grid.all_values(), reference->grid.all_values()));
-      EXPECT_EQ(other->largest_error, reference->largest_error);
-      EXPECT_EQ(other->mean_square_error, reference->mean_square_error);
+      const std::optional<BrickGrid> other = coarsen(fine);
+      EXPECT_TRUE(std::ranges::equal(other->all_values(), reference->all_values()));
+      EXPECT_EQ(compare_levels(fine, *other).largest, all.largest);
+      EXPECT_EQ(compare_levels(fine, *other).mean_square, all.mean_square);
     });
   }
 }
@@ -146,10 +149,10 @@ TEST(BrickMip, there_is_none_of_a_large_box_of_one_value) {
 }
 
 TEST(BrickMip, of_nothing_is_nothing) {
-  const std::optional<CoarserGrid> coarser = coarsen(build_brick_grid({}, {}));
+  const std::optional<BrickGrid> coarser = coarsen(build_brick_grid({}, {}));
   ASSERT_TRUE(coarser);
-  EXPECT_EQ(coarser->grid.max_value(), 0.0f);
-  EXPECT_EQ(coarser->largest_error, 0.0);
+  EXPECT_EQ(coarser->max_value(), 0.0f);
+  EXPECT_EQ(compare_levels(build_brick_grid({}, {}), *coarser).largest, 0.0);
 }
 
 }  // namespace
