@@ -7,14 +7,23 @@
 /// one sweep fills, as fine as a few pilot rays say is needed. Each ray estimates its own error from the
 /// curvature of its samples and is marched again, finer, where that is too large.
 ///
+/// Seen from afar, a grid may on demand be read at a coarser level: half the resolution, or a quarter, as far
+/// as a pixel is wide and as pilot rays, marched with and without, say that it does not matter.
+///
 /// The tolerance is shared out: half for the sun's cache, four tenths for the steps, a tenth for ending rays
-/// early. Grids lit by suns are marched. For scenes with analytic media, lights at a finite distance or
-/// solids that cast shadows into media, and for tolerance 0, rays go to `exact`.
+/// early; where levels come into question they get 0.15 of it, from the cache and the steps. A ray that
+/// misses the tolerance all the same, by its own estimate, goes to `exact`. Depths (aov Z) are as good as the
+/// voxels that were read. Grids lit by suns are marched. For scenes with analytic media, lights at a finite
+/// distance or solids that cast shadows into media, and for tolerance 0, all rays go to `exact`.
 ///
 /// With the AOV `error_bound`, every ray comes with a proven bound of its error: docs/error_bound.md.
 ///
 ///   leaping     skip empty nodes and adapt steps to nodes; false: as if every node were the densest
 ///   sun_cache   take sunlight from the cache where it is accurate enough; false: a shadow ray per sample
+///   level_of_detail  read grids at coarser levels where the picture is the same; not with error_bound, which
+///   is about
+///               the finest voxels. Off by default: making the levels costs more than they save in one
+///               picture
 ///
 ///   [render]
 ///   integrator = "march"
@@ -28,12 +37,14 @@
 #include <fmt/format.h>
 
 #include "integrators/kernels/march_kernel.h"
+#include "integrators/level_of_detail.h"
 #include "integrators/lighting.h"
 #include "integrators/march_scene.h"
 #include "integrators/ray_enclosure.h"
 #include "integrators/sunlight.h"
 #include "lib/core/build_features.h"
 #include "lib/core/error.h"
+#include "lib/core/parallel.h"
 #include "lib/core/param_table.h"
 #include "lib/math/transmittance.h"
 #include "lib/scene/integrator.h"
@@ -41,7 +52,12 @@
 namespace pileus {
 namespace {
 
-constexpr double kStepShare = 0.4, kCacheShare = 0.5, kStopShare = 0.1;
+/// Of the tolerance; they add up to 1.
+struct Shares {
+  double step = 0.4, cache = 0.5, level = 0.0;
+  static constexpr double stop = 0.1;
+};
+constexpr Shares kSharesWithLevels{0.33, 0.42, 0.15};
 
 /// The kernel's estimate of its step error is right on average; the worst of many pixels err about twice as
 /// much.
@@ -64,7 +80,14 @@ double largest(const Rgb& rgb) {
 struct MarchOptions {
   bool leaping = true;
   bool sun_cache = true;
+  bool level_of_detail = false;
 };
+
+std::unique_ptr<const Tracer> prepare_exact(const World& world, const EffectPlan& plan,
+                                            const Accuracy& accuracy) {
+  const auto exact = plugin_registry().find(Integrator::kKind, "exact")->make();
+  return std::dynamic_pointer_cast<Integrator>(exact)->prepare(world, plan, accuracy);
+}
 
 class MarchTracer final : public Tracer {
  public:
@@ -73,10 +96,18 @@ class MarchTracer final : public Tracer {
       : m_world(world),
         m_plan(plan),
         m_tolerance(accuracy.tolerance * accuracy.coarseness),
-        m_march(world, plan) {
+        m_march(world, plan),
+        m_exact(prepare_exact(world, plan, accuracy)) {
     MarchScene& kernel = m_march.kernel;
     kernel.is_leaping = options.leaping;
+    const std::vector<int> levels =
+        kHasLevelOfDetail && options.level_of_detail && !wants_bound(plan) && has_size(accuracy.picture)
+            ? coarsest_levels(world, accuracy.picture)
+            : std::vector<int>{};
+    const bool has_levels = std::any_of(levels.begin(), levels.end(), [](int level) { return level > 0; });
+    if (has_levels) m_shares = kSharesWithLevels;
     if (plan.scattering) choose_sunlight(accuracy.picture, options);
+    if (has_levels) choose_levels(accuracy.picture, levels);
     if (wants_bound(plan)) prepare_bound();
   }
 
@@ -93,7 +124,10 @@ class MarchTracer final : public Tracer {
     for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i, tile);
     march(packet);
     refine(packet);
-    for (size_t i = 0; i < rays.size(); ++i) results[i] = finish_ray(packet, i, tile);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      results[i] = finish_ray(packet, i, tile);
+      if (!is_good(results[i])) hand_over(rays[i], results[i], counters);
+    }
     if (m_enclosed) bound_errors(packet, results, counters);
     tile.add_to(counters);
   }
@@ -135,7 +169,7 @@ class MarchTracer final : public Tracer {
 
   void choose_sunlight(const Vec2i& picture, const MarchOptions& options) {
     constexpr double kMostBytes = 512e6;
-    const SunlightChoice choice = pileus::choose_sunlight(m_world, picture, kCacheShare * m_tolerance,
+    const SunlightChoice choice = pileus::choose_sunlight(m_world, picture, m_shares.cache * m_tolerance,
                                                           options.sun_cache ? kMostBytes : 0.0, m_march);
     m_cache_error = choice.error;
     m_choices.push_back("sunlight: " + choice.reason);
@@ -146,6 +180,43 @@ class MarchTracer final : public Tracer {
     m_choices.push_back(
         fmt::format("error_bound: proven ray by ray, with {:.1f} MB of what the grids' curvature can do",
                     1e-6 * double(m_enclosed->memory_bytes())));
+  }
+
+  static bool has_size(const Vec2i& picture) { return picture.x > 0 && picture.y > 0; }
+
+  /// After the sunlight: lattices keep the depths of the finest voxels, and shadow rays are to have them.
+  void choose_levels(const Vec2i& picture, const std::vector<int>& coarsest) {
+    if (m_march.kernel.shadow_step > 0.0) {
+      m_choices.push_back("density at the finest level: shadow rays read it");
+    } else {
+      const LevelChoice choice = pileus::choose_levels(
+          m_world, picture, m_shares.level * m_tolerance, coarsest,
+          [&](std::span<const Ray> rays) { return march_pilots(rays); }, m_march);
+      m_level_error = choice.error;
+      m_choices.insert(m_choices.end(), choice.reasons.begin(), choice.reasons.end());
+      if (choice.is_coarser) return;
+    }
+    m_shares.step = Shares().step;
+  }
+
+  /// With steps whose errors are small beside what is compared.
+  std::vector<RayResult> march_pilots(std::span<const Ray> rays) const {
+    constexpr double kFiner = 1.0 / 32.0;
+    constexpr size_t kRaysPerTask = 16;
+    std::vector<RayResult> results(rays.size());
+    parallel_for((rays.size() + kRaysPerTask - 1) / kRaysPerTask, [&](size_t task) {
+      const size_t first = task * kRaysPerTask, count = std::min(kRaysPerTask, rays.size() - first);
+      Packet packet(rays.subspan(first, count), m_march);
+      TraceCounters counters;
+      for (size_t i = 0; i < count; ++i) {
+        prepare_ray(packet, i, counters);
+        packet.jobs[i].step_quality *= kFiner;
+        packet.jobs[i].stop *= kFiner;
+      }
+      march(packet);
+      for (size_t i = 0; i < count; ++i) results[first + i] = finish_ray(packet, i, counters);
+    });
+    return results;
   }
 
   void prepare_ray(Packet& packet, size_t i, TraceCounters& tile) const {
@@ -168,8 +239,8 @@ class MarchTracer final : public Tracer {
     job.weights = packet.weights.data() + i * packet.weights_step;
     job.behind = largest(packet.behind[i]);
     job.brightest = std::max(job.behind, m_march.brightest(job.weights));
-    job.step_quality = kFirstQuality * kStepShare * m_tolerance / std::max(job.brightest, 1e-3);
-    job.stop = kStopShare * m_tolerance / std::max(1.0, job.brightest);
+    job.step_quality = kFirstQuality * m_shares.step * m_tolerance / std::max(job.brightest, 1e-3);
+    job.stop = Shares::stop * m_tolerance / std::max(1.0, job.brightest);
     m_march.set_height(ray, job);
   }
 
@@ -188,7 +259,7 @@ class MarchTracer final : public Tracer {
 
   /// Marches again, finer, the rays whose estimate says that they miss their share of the tolerance.
   void refine(Packet& packet) const {
-    const double allowed = kStepShare * m_tolerance / kEstimateSafety;
+    const double allowed = m_shares.step * m_tolerance / kEstimateSafety;
     constexpr int kRounds = 3;
     std::vector<size_t> chosen;
     std::vector<MarchRay> jobs;
@@ -217,6 +288,18 @@ class MarchTracer final : public Tracer {
     }
   }
 
+  /// The tolerance is a promise: where steps or sunlight cannot be made fine enough, `exact` has to keep it.
+  /// (Pilot rays march while the levels are being chosen: nobody relies on them.)
+  bool is_good(const RayResult& result) const {
+    const double sum = result.radiance.x + result.radiance.y + result.radiance.z;
+    return result.error <= m_tolerance * (1.0 + 1e-6) && std::isfinite(sum);
+  }
+
+  void hand_over(const Ray& ray, RayResult& result, Counters& counters) const {
+    m_exact->trace({&ray, 1}, {&result, 1}, counters);
+    ++counters["exact_rays"];
+  }
+
   RayResult finish_ray(const Packet& packet, size_t i, TraceCounters& tile) const {
     if (i == 0) {
       tile.camera.density_samples += packet.samples;
@@ -237,8 +320,10 @@ class MarchTracer final : public Tracer {
       result.z_first = std::min(result.z_first, packet.hits[i]->t);
       result.z_half = std::min(result.z_half, packet.hits[i]->t);
     }
-    const double stop_error = passed <= packet.jobs[i].stop ? kStopShare * m_tolerance : 0.0;
-    result.error = kEstimateSafety * marched.error + (1.0 - passed) * m_cache_error + stop_error;
+    const double stop_error = passed <= packet.jobs[i].stop ? Shares::stop * m_tolerance : 0.0;
+    const double level_error = passed < 1.0 ? m_level_error : 0.0;
+    result.error =
+        kEstimateSafety * marched.error + (1.0 - passed) * m_cache_error + stop_error + level_error;
     result.samples = marched.samples + marched.lookups;
     return result;
   }
@@ -278,7 +363,10 @@ class MarchTracer final : public Tracer {
   double m_tolerance;
   MarchWorld m_march;
   std::unique_ptr<const EnclosedWorld> m_enclosed;  ///< where a bound is asked for
-  double m_cache_error = 0.0;                       ///< of the sun's cache, for a pixel of opacity 1
+  std::unique_ptr<const Tracer> m_exact;            ///< for rays that miss the tolerance
+  Shares m_shares;
+  double m_cache_error = 0.0;  ///< of the sun's cache, for a pixel of opacity 1
+  double m_level_error = 0.0;  ///< of reading grids at coarser levels, for a pixel that shows a medium
   std::vector<std::string> m_choices;
 };
 
@@ -307,15 +395,18 @@ struct March final : Integrator {
     params.boolean("leaping", options.leaping, "skip empty nodes and adapt steps to what is in a node");
     params.boolean("sun_cache", options.sun_cache,
                    "take sunlight from a cache where that is accurate enough");
+    params.boolean("level_of_detail", options.level_of_detail,
+                   "read grids at coarser levels where the picture is the same");
   }
+
+  bool has_level_of_detail() const override { return options.level_of_detail; }
 
   std::unique_ptr<const Tracer> prepare(const World& world, const EffectPlan& plan,
                                         const Accuracy& accuracy) const override {
     const std::string obstacle =
         accuracy.tolerance > 0.0 ? MarchWorld::obstacle(world, plan) : "the tolerance is 0";
     if (obstacle.empty()) return std::make_unique<MarchTracer>(world, plan, accuracy, options);
-    const auto exact = std::dynamic_pointer_cast<Integrator>(plugin_registry().find(kKind, "exact")->make());
-    return std::make_unique<OtherTracer>(exact->prepare(world, plan, accuracy), obstacle, plan);
+    return std::make_unique<OtherTracer>(prepare_exact(world, plan, accuracy), obstacle, plan);
   }
 };
 

@@ -47,13 +47,8 @@ MarchWorld::MarchWorld(const World& world, const EffectPlan& plan) : m_world(wor
 }
 
 void MarchWorld::add_grid(const WorldMedium& medium) {
-  m_pyramids.push_back(std::make_unique<BrickPyramid>(*medium.density->bricks()));
+  m_levels.push_back({0, nullptr, std::make_unique<BrickPyramid>(*medium.density->bricks())});
   MarchGrid grid;
-  grid.pyramid = m_pyramids.back().get();
-  const BrickGrid& bricks = grid.pyramid->grid();
-  const Vec3d origin(grid.pyramid->origin());
-  grid.local_from_world = Affine::translation(-origin) * medium.density->index_from_world();
-  grid.bounds = Box3d(Vec3d(bricks.lo()) - origin, Vec3d(bricks.hi()) - origin);
   grid.extinction = medium.extinction;
   grid.terms = int(medium.scattering.size());
   for (size_t k = 0; k < medium.scattering.size(); ++k) {
@@ -63,7 +58,36 @@ void MarchWorld::add_grid(const WorldMedium& medium) {
   kernel.height_light |= medium.ambient.top != medium.ambient.bottom;
   add_glow(medium, grid);
   kernel.grids.push_back(grid);
+  place_grid(kernel.grids.size() - 1);
   m_is_isotropic &= medium.phase->is_isotropic();
+}
+
+/// Makes the kernel read the grid at its present level.
+void MarchWorld::place_grid(size_t index) {
+  MarchGrid& grid = kernel.grids[index];
+  grid.pyramid = m_levels[index].pyramid.get();
+  const BrickGrid& bricks = grid.pyramid->grid();
+  const Vec3d origin(grid.pyramid->origin());
+  const double scale = std::ldexp(1.0, -m_levels[index].level);
+  grid.local_from_world = Affine::translation(-origin) * Affine::scaling(Vec3d(scale)) *
+                          m_world.media[index].density->index_from_world();
+  grid.bounds = Box3d(Vec3d(bricks.lo()) - origin, Vec3d(bricks.hi()) - origin);
+}
+
+std::optional<MarchWorld::GridLevel> MarchWorld::coarser_level(size_t grid) const {
+  std::optional<BrickGrid> coarser = coarsen(kernel.grids[grid].pyramid->grid());
+  if (!coarser) return std::nullopt;
+  GridLevel next;
+  next.level = level(grid) + 1;
+  next.coarse = std::make_unique<BrickGrid>(std::move(*coarser));
+  next.pyramid = std::make_unique<BrickPyramid>(*next.coarse);
+  return next;
+}
+
+MarchWorld::GridLevel MarchWorld::exchange_level(size_t grid, GridLevel next) {
+  std::swap(m_levels[grid], next);
+  place_grid(grid);
+  return next;
 }
 
 void MarchWorld::add_suns() {

@@ -1,12 +1,14 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "integrators/kernels/march_kernel.h"
 #include "lib/scene/effect_plan.h"
 #include "lib/scene/world.h"
+#include "lib/volume/brick_mip.h"
 
 namespace pileus {
 
@@ -20,6 +22,21 @@ class MarchWorld {
   static std::string obstacle(const World& world, const EffectPlan& plan);
 
   MarchScene kernel;  ///< grids, lights and terms; lattices are filled by whoever decides on them
+
+  /// A grid at one of its levels: 0 are the voxels as they are, each further one has voxels twice the size.
+  struct GridLevel {
+    int level = 0;
+    std::unique_ptr<BrickGrid> coarse;  ///< null at level 0
+    std::unique_ptr<BrickPyramid> pyramid;
+  };
+
+  /// The level above the present one; none where that is not worth its memory.
+  std::optional<GridLevel> coarser_level(size_t grid) const;
+
+  /// Marches a grid at another level from now on; returns the one before.
+  GridLevel exchange_level(size_t grid, GridLevel next);
+
+  int level(size_t grid) const { return m_levels[grid].level; }
 
   const std::vector<Illumination>& suns() const { return m_suns; }
 
@@ -47,11 +64,12 @@ class MarchWorld {
 
  private:
   void add_grid(const WorldMedium& medium);
+  void place_grid(size_t grid);
   void add_suns();
   void add_glow(const WorldMedium& medium, MarchGrid& grid) const;
 
   const World& m_world;
-  std::vector<std::unique_ptr<BrickPyramid>> m_pyramids;
+  std::vector<GridLevel> m_levels;
   std::vector<Illumination> m_suns;
   std::vector<double> m_strengths;  ///< [grid][light]: strongest channel of albedo * irradiance
   std::vector<Rgb> m_colours;       ///< the same, divided by that channel

@@ -141,6 +141,12 @@ EffectPlan plan_effects(const Scene& scene) {
       add_effect(plan, "surface_shadows", something_lit ? solids : "",
                  "light can be blocked by: ", something_lit ? "the scene has no object" : "nothing is lit",
                  "surface_shadow_rays");
+  const bool may_coarsen = scene.render.integrator && scene.render.integrator->has_level_of_detail();
+  plan.level_of_detail = add_effect(
+      plan, "level_of_detail",
+      may_coarsen ? names_where<Medium>(scene.volumes, [](const Medium& m) { return m.is_grid(); }) : "",
+      "grids that may be read at coarser levels where the camera sees them from afar: ",
+      may_coarsen ? "no volume is a grid" : "the integrator reads grids as they are", "");
   for (const AovInfo& aov : kAovs) {
     const bool on = plan.aovs.count(aov.name) > 0;
     plan.effects.push_back({fmt::format("aov_{}", aov.name), on,

@@ -32,6 +32,7 @@ struct EffectPlan {
   bool surfaces = false;             ///< solids to see
   bool media_shadows = false;        ///< media dim the light on its way
   bool surface_shadows = false;      ///< solids block the light
+  bool level_of_detail = false;      ///< grids, and an integrator that may read them at coarser levels
   std::set<std::string> aovs;        ///< planes that the picture will have
 
   std::vector<Effect> effects;  ///< all of the above with their reasons, in a fixed order

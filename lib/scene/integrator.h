@@ -64,6 +64,9 @@ struct Integrator : Plugin {
   /// Chooses its kernels by the plan and derives what it needs. `world` and `plan` outlive the tracer.
   virtual std::unique_ptr<const Tracer> prepare(const World& world, const EffectPlan& plan,
                                                 const Accuracy& accuracy) const = 0;
+
+  /// True where it may read grids at coarser levels than they have, if the picture shows no difference.
+  virtual bool has_level_of_detail() const { return false; }
 };
 
 }  // namespace pileus

@@ -44,6 +44,9 @@ struct Medium : Plugin {
   /// The parameters of the density source.
   virtual void describe_density(ParamTable& params) = 0;
 
+  /// True where the density is a grid of voxels.
+  virtual bool is_grid() const { return false; }
+
   /// Reads the file behind the volume, where there is one. Throws Error.
   virtual std::unique_ptr<LoadedDensity> load() const { return nullptr; }
 

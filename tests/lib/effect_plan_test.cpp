@@ -130,6 +130,13 @@ TEST(EffectPlan, several_volumes_are_counted_and_named) {
   EXPECT_EQ(effect(plan, "several_media"), "on: coefficients add up; number of volumes: 5");
 }
 
+TEST(EffectPlan, levels_of_detail_need_a_grid) {
+  EXPECT_FALSE(plan_of(kFog).level_of_detail);
+  const std::string found = effect(plan_of(kFog), "level_of_detail");
+  EXPECT_TRUE(found == "off: no volume is a grid" || found == "off: the integrator reads grids as they are")
+      << found;
+}
+
 TEST(EffectPlan, aovs_are_those_asked_for) {
   const EffectPlan plan = plan_of("render.aovs = \"Z, samples\"\n");
   EXPECT_EQ(plan.aovs, (std::set<std::string>{"Z", "samples"}));

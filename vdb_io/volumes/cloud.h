@@ -21,6 +21,7 @@ struct CloudVolume final : Medium {
 
   void describe_density(ParamTable& params) override;
   void commit(std::vector<std::string>& problems) override;
+  bool is_grid() const override { return true; }
   std::shared_ptr<const DensityField> build(const FreeForms& freeforms) const override;
 
   /// The cloud as a grid in world space. progress as in CloudGridOptions. Throws Error.

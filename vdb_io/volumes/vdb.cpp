@@ -48,6 +48,8 @@ struct VdbVolume final : Medium {
     placement.describe(params);
   }
 
+  bool is_grid() const override { return true; }
+
   std::unique_ptr<LoadedDensity> load() const override {
     const VdbReadOptions options{grid, level_set == "fog" ? LevelSetPolicy::to_fog : LevelSetPolicy::refuse,
                                  nan == "zero" ? BadValuePolicy::to_zero : BadValuePolicy::refuse};
