@@ -149,7 +149,8 @@ bool try_lattices(const std::vector<PilotRay>& pilots, double tolerance, double 
                   SunlightChoice& choice) {
   constexpr double kFirst = 4.0, kCoarsest = 8.0, kFinest = 0.1;  // spacings [cells]
   constexpr int kRounds = 3;
-  constexpr double kCaution = 0.85;  // a third lattice costs more than one that is a little too fine
+  // A third lattice costs more than one that is a little too fine, unless that one would be too large.
+  constexpr double kCautious = 0.85, kBold = 0.97;
   choice.spacing = kFirst;
   for (int round = 0; round < kRounds; ++round) {
     const double bytes = bytes_of(march, choice.spacing);
@@ -158,7 +159,10 @@ bool try_lattices(const std::vector<PilotRay>& pilots, double tolerance, double 
     choice.error =
         measured_error(pilots, march, [&](size_t l, const Vec3d& p) { return lattice_depth(march, l, p); });
     const double ratio = std::sqrt(tolerance / std::max(choice.error, 1e-30));
-    const double needed = std::clamp(kCaution * choice.spacing * ratio, kFinest, kCoarsest);
+    const auto spaced = [&](double share) {
+      return std::clamp(share * choice.spacing * ratio, kFinest, kCoarsest);
+    };
+    const double needed = spaced(bytes_of(march, spaced(kCautious)) > most_bytes ? kBold : kCautious);
     if (choice.error <= tolerance && (needed < 1.5 * choice.spacing || round > 0)) {
       choice.reason =
           fmt::format("optical depth on lattices of {:.2g} voxels, {:.1f} MB: estimated error {:.2g}",
