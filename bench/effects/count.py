@@ -85,7 +85,7 @@ def main():
     parser.add_argument("effects", nargs="*", metavar="EFFECT",
                         help=f"of {', '.join(EFFECTS)} (default: all), or NONE: the normal program against itself")
     parser.add_argument("--integrator", default="march")
-    parser.add_argument("--limit", type=float, default=1.01, help="largest ratio to accept (default: 1.01)")
+    parser.add_argument("--limit", type=float, default=1.02, help="largest ratio to accept (default: 1.02)")
     parser.add_argument("--render-option", action="append", default=[], metavar="OPTION",
                         help="one more word for every `pileus render`; may repeat")
     parser.add_argument("--out", type=Path, default=ROOT / "build/bench/effects", help="folder for what is made")
