@@ -75,7 +75,8 @@ struct Rendering {
 /// Renders a scene. Pixels depend on the scene alone: not on threads, tiles, or a resumed checkpoint.
 Rendering render(const Scene& scene, const RenderOptions& options = {});
 
-/// What the scene's integrator would choose for it, and why, in sentences. Loads and builds the scene to find out.
+/// What the scene's integrator would choose for it, and why, in sentences. Loads and builds the scene to find
+/// out.
 std::vector<std::string> explain_choices(const Scene& scene);
 
 /// Writes `.exr` (all planes) or `.png` (display picture), atomically.

@@ -2,8 +2,9 @@
 
 namespace pileus {
 
-// Effects can be compiled out (CMake option PILEUS_WITHOUT) for one purpose: bench/effects counts the instructions of
-// a scene that does without an effect, with and without the effect's code, and finds that what is off costs nothing.
+// Effects can be compiled out (CMake option PILEUS_WITHOUT) for one purpose: bench/effects counts the
+// instructions of a scene that does without an effect, with and without the effect's code, and finds that
+// what is off costs nothing.
 
 #ifdef PILEUS_WITHOUT_SHADOWS
 inline constexpr bool kHasShadows = false;

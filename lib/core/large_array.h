@@ -18,8 +18,8 @@ struct FreeDeleter {
 template <class T>
 using LargeArray = std::unique_ptr<T[], FreeDeleter>;
 
-/// Memory for arrays that are read here and there: on huge pages where the system has them. With pages of 4 KB a
-/// gather waits for the page table more often than for the data. errors: std::bad_alloc
+/// Memory for arrays that are read here and there: on huge pages where the system has them. With pages of 4
+/// KB a gather waits for the page table more often than for the data. errors: std::bad_alloc
 template <class T>
 LargeArray<T> make_large_array(size_t count) {
   static_assert(std::is_trivially_destructible_v<T> && std::is_trivially_copyable_v<T>);

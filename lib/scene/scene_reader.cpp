@@ -19,7 +19,9 @@ void RenderSettings::describe(ParamTable& params) {
       .at_least(1)
       .at_most(64);
   params.integer("seed", seed, "seed of random numbers, recorded in the picture").at_least(0);
-  params.text("aovs", aovs, "planes to write: beauty, transmittance, Z, samples, error_estimate, error_bound (comma-separated)");
+  params.text(
+      "aovs", aovs,
+      "planes to write: beauty, transmittance, Z, samples, error_estimate, error_bound (comma-separated)");
 }
 
 namespace {

@@ -18,8 +18,9 @@ struct ReducedExponential {
   V power, p;
 };
 
-/// tau > -80: those of balanced lattices are slightly negative. Beyond 87, where exp(-tau) leaves the normal floats, it counts as 87. Taylor polynomial of
-/// degree 7 for e^f - 1: its relative error is below 2^-24 on the reduced interval.
+/// tau > -80: those of balanced lattices are slightly negative. Beyond 87, where exp(-tau) leaves the normal
+/// floats, it counts as 87. Taylor polynomial of degree 7 for e^f - 1: its relative error is below 2^-24 on
+/// the reduced interval.
 template <class D, class V = hn::Vec<D>>
 HWY_INLINE ReducedExponential<V> reduced_exponential(D d, V tau) {
   const hn::RebindToSigned<D> di;

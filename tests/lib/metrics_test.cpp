@@ -128,7 +128,8 @@ TEST(Metrics, one_channel_can_be_asked_for) {
     ADD_FAILURE() << "a channel that is not there was compared";
   } catch (const Error& error) {
     EXPECT_EQ(error.kind(), ErrorKind::usage);
-    EXPECT_STREQ(error.what(), "error: the first picture has no channel \"ZZ\"; found R, G, B, Z; nearest: Z");
+    EXPECT_STREQ(error.what(),
+                 "error: the first picture has no channel \"ZZ\"; found R, G, B, Z; nearest: Z");
   }
 }
 
