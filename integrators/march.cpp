@@ -20,10 +20,10 @@
 ///
 ///   leaping     skip empty nodes and adapt steps to nodes; false: as if every node were the densest
 ///   sun_cache   take sunlight from the cache where it is accurate enough; false: a shadow ray per sample
-///   level_of_detail  read grids at coarser levels where the picture is the same; not with error_bound, which
-///   is about
-///               the finest voxels. Off by default: making the levels costs more than they save in one
-///               picture
+///   level_of_detail
+///               read grids at coarser levels where the picture is the same. Off by default: making the
+///               levels costs more than they save in one picture. Not with error_bound, which is about the
+///               finest
 ///
 ///   [render]
 ///   integrator = "march"
@@ -119,13 +119,15 @@ class MarchTracer final : public Tracer {
   std::vector<std::string> choices() const override { return m_choices; }
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
+    if (rays.empty()) return;
     Packet packet(rays, m_march);
     TraceCounters tile;
     for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i, tile);
     march(packet);
     refine(packet);
+    count_work(packet, tile);
     for (size_t i = 0; i < rays.size(); ++i) {
-      results[i] = finish_ray(packet, i, tile);
+      results[i] = finish_ray(packet, i);
       if (!is_good(results[i])) hand_over(rays[i], results[i], counters);
     }
     if (m_enclosed) bound_errors(packet, results, counters);
@@ -214,7 +216,7 @@ class MarchTracer final : public Tracer {
         packet.jobs[i].stop *= kFiner;
       }
       march(packet);
-      for (size_t i = 0; i < count; ++i) results[first + i] = finish_ray(packet, i, counters);
+      for (size_t i = 0; i < count; ++i) results[first + i] = finish_ray(packet, i);
     });
     return results;
   }
@@ -300,15 +302,16 @@ class MarchTracer final : public Tracer {
     ++counters["exact_rays"];
   }
 
-  RayResult finish_ray(const Packet& packet, size_t i, TraceCounters& tile) const {
-    if (i == 0) {
-      tile.camera.density_samples += packet.samples;
-      tile.camera.leaps += packet.leaps;
-      tile.source_samples += packet.samples * (m_plan.scattering ? 1 : 0);
-      tile.ambient_samples += packet.samples * (m_plan.ambient ? 1 : 0);
-      tile.shadow.density_samples += packet.lookups;
-      tile.media_shadow_rays += packet.lookups;
-    }
+  void count_work(const Packet& packet, TraceCounters& tile) const {
+    tile.camera.density_samples += packet.samples;
+    tile.camera.leaps += packet.leaps;
+    tile.source_samples += packet.samples * (m_plan.scattering ? 1 : 0);
+    tile.ambient_samples += packet.samples * (m_plan.ambient ? 1 : 0);
+    tile.shadow.density_samples += packet.lookups;
+    tile.media_shadow_rays += packet.lookups;
+  }
+
+  RayResult finish_ray(const Packet& packet, size_t i) const {
     const MarchResult& marched = packet.marched[i];
     const double passed = transmittance(marched.tau);
     RayResult result;

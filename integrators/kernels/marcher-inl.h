@@ -130,8 +130,10 @@ class Marcher {
   /// Several grids: stretches end where those of any grid end.
   void walk_all(const MarchRay& job) {
     constexpr double kNever = std::numeric_limits<double>::infinity();
-    std::vector<GridWalk> walks;
-    std::vector<double> scales;
+    std::vector<GridWalk>& walks = m_walks;
+    std::vector<double>& scales = m_light_scales;
+    walks.clear();
+    scales.clear();
     double t = kNever;
     for (const MarchGrid& grid : m_scene.grids) {
       const Ray local = local_ray(grid, job.ray);
@@ -459,6 +461,8 @@ class Marcher {
   std::vector<float> m_extinctions;   ///< of each grid [1/m]
   std::vector<float> m_rhos;          ///< [grid][lane]: densities of the present vector
   std::vector<float> m_accumulators;  ///< [grid][sum][lane]
+  std::vector<GridWalk> m_walks;      ///< of the present ray, one per grid
+  std::vector<double> m_light_scales;
   const MarchRay* m_job = nullptr;
   bool m_is_placed = false;
   double m_t_base = 0.0, m_transmittance = 1.0, m_z_half = 0.0;
