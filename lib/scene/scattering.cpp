@@ -51,7 +51,7 @@ AmbientLight ambient_light(const SkyAround& sky, const DensityField& density, co
   light.top = sky.top;
   if (light.top == light.bottom) return light;  // of any height, also infinite
   const Box3d bounds = density.bounds();
-  if (bounds.isEmpty()) return light;  // nothing to light
+  if (bounds.isEmpty() || bounds.min.y == bounds.max.y) return light;  // nothing to light
   if (!std::isfinite(bounds.min.y) || !std::isfinite(bounds.max.y)) {
     throw Error(
         ErrorKind::scene, SourceLoc{},

@@ -257,6 +257,18 @@ TEST(March, hands_over_to_exact_what_is_too_dense_for_its_steps) {
   }
 }
 
+TEST(March, an_empty_grid_is_not_handed_over) {
+  const PictureScene march(kMarch,
+                           MarchScenes::camera() + MarchScenes::sun() +
+                               scenes().grid("nothing", "extinction = 5\nambient = { top = [1, 1, 1] }"),
+                           0.01);
+  std::vector<RayResult> results(march.rays().size());
+  Counters counters;
+  march.tracer().trace(march.rays(), results, counters);
+  EXPECT_EQ(counters["exact_rays"], 0u);
+  for (const RayResult& result : results) EXPECT_EQ(result.transmittance, 1.0);
+}
+
 TEST(March, no_rays) {
   const PictureScene march(
       kMarch, MarchScenes::camera() + scenes().grid("blob", "extinction = 3") + MarchScenes::sun(), 0.01);
