@@ -54,8 +54,9 @@ std::string quoted(const std::string& text) {
   return result + '"';
 }
 
-std::string scene_text(const std::filesystem::path& file, const GridSummary& summary, double distance) {
-  const Vec3d center = summary.bounds.center(), eye = center + distance * kTowardsCamera;
+std::string scene_text(const std::filesystem::path& file, const GridSummary& summary, const Vec3d& center,
+                       double distance) {
+  const Vec3d eye = center + distance * kTowardsCamera;
   return fmt::format(R"(pileus = 1
 [camera]
 type = "perspective"
@@ -95,17 +96,30 @@ std::string grid_override(const std::vector<std::string>& overrides) {
   return grid;
 }
 
+/// The box around a box that has been moved, turned or scaled.
+Box3d placed(const Box3d& box, const Affine& world_from_object) {
+  Box3d result;
+  for (int n = 0; n < 8; ++n) {
+    const Vec3d corner(n & 1 ? box.max.x : box.min.x, n & 2 ? box.max.y : box.min.y,
+                       n & 4 ? box.max.z : box.min.z);
+    result.extendBy(world_from_object.point(corner));
+  }
+  return result;
+}
+
 Scene load_bare_volume(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   const GridSummary summary = summarize_density(file, grid_override(overrides));
-  const auto with_camera_at = [&](double distance) {
-    Scene scene =
-        parse_scene(scene_text(file, summary, distance), "default scene of " + file.string(), "", overrides);
+  const auto seen_from = [&](const Vec3d& center, double distance) {
+    Scene scene = parse_scene(scene_text(file, summary, center, distance),
+                              "default scene of " + file.string(), "", overrides);
     scene.file = file.string();
     return scene;
   };
-  // The framing depends on the picture's shape, which the overrides may set: read it, then frame.
-  const Vec2i size = with_camera_at(length(summary.bounds.size())).render.size;
-  return with_camera_at(framing_distance(summary.bounds, size));
+  // The framing depends on the picture's shape and on the volume's placement, which the overrides may set:
+  // read them, then frame.
+  const Scene unframed = seen_from(summary.bounds.center(), length(summary.bounds.size()));
+  const Box3d bounds = placed(summary.bounds, unframed.volumes.front().object->world_from_object());
+  return seen_from(bounds.center(), framing_distance(bounds, unframed.render.size));
 }
 
 }  // namespace

@@ -47,6 +47,9 @@ struct Medium : Plugin {
   /// True where the density is a grid of voxels.
   virtual bool is_grid() const { return false; }
 
+  /// Where the volume's own parameters put what it holds.
+  virtual Affine world_from_object() const { return Affine(); }
+
   /// Reads the file behind the volume, where there is one. Throws Error.
   virtual std::unique_ptr<LoadedDensity> load() const { return nullptr; }
 

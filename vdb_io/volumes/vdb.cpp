@@ -49,11 +49,12 @@ struct VdbVolume final : Medium {
   }
 
   bool is_grid() const override { return true; }
+  Affine world_from_object() const override { return placement.world_from_object(); }
 
   std::unique_ptr<LoadedDensity> load() const override {
     const VdbReadOptions options{grid, level_set == "fog" ? LevelSetPolicy::to_fog : LevelSetPolicy::refuse,
                                  nan == "zero" ? BadValuePolicy::to_zero : BadValuePolicy::refuse};
-    return std::make_unique<LoadedGrid>(read_density_grid(file, options).grid, placement.world_from_object());
+    return std::make_unique<LoadedGrid>(read_density_grid(file, options).grid, world_from_object());
   }
 
   std::shared_ptr<const DensityField> build(const FreeForms&) const override { return load()->build(); }
