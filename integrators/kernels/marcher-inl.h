@@ -300,11 +300,14 @@ class Marcher {
       if (m_scene.shadow_step > 0.0) return traced_depth(light, t);
     }
     const size_t first = size_t(light) * size_t(grids());
-    V sum = m_lattices[first].read(m_sun_paths[first], t);
-    for (int g = 1; g < grids(); ++g) {
-      sum = hn::Add(sum, m_lattices[first + size_t(g)].read(m_sun_paths[first + size_t(g)], t));
-    }
+    V sum = lattice_depth(first, t);
+    for (int g = 1; g < grids(); ++g) sum = hn::Add(sum, lattice_depth(first + size_t(g), t));
     return sum;
+  }
+
+  HWY_INLINE V lattice_depth(size_t lattice, V t) const {
+    const LinePath& path = m_sun_paths[lattice];
+    return m_lattices[lattice].read(path.at(0, t), path.at(1, t), path.at(2, t));
   }
 
   /// Shadow rays of all lanes in step, through every grid.

@@ -116,13 +116,13 @@ struct LatticeReader {
     for (int axis = 0; axis < 3; ++axis) last[axis] = std::nextafter(float(lattice.size[axis] - 1), 0.0f);
   }
 
-  HWY_INLINE V read(const LinePath& path, V t) const {
+  HWY_INLINE V read(V u, V v, V w) const {
     const D d;
     const DI di;
-    V at[3];
+    V at[3] = {u, v, w};
     VI cell[3];
     for (int axis = 0; axis < 3; ++axis) {
-      const V p = hn::Max(hn::Zero(d), hn::Min(path.at(axis, t), hn::Set(d, last[axis])));
+      const V p = hn::Max(hn::Zero(d), hn::Min(at[axis], hn::Set(d, last[axis])));
       cell[axis] = hn::ConvertTo(di, p);
       at[axis] = hn::Sub(p, hn::ConvertTo(d, cell[axis]));
     }
