@@ -37,3 +37,11 @@ function(pileus_add_folder name)
   target_include_directories(pileus_${name} PUBLIC ${PROJECT_SOURCE_DIR} ${PROJECT_BINARY_DIR}/generated)
   set_target_properties(pileus_${name} PROPERTIES POSITION_INDEPENDENT_CODE ON)
 endfunction()
+
+# pileus_compile_as_kernels(FILE...) compiles files of SIMD loops in three versions: SSE4, AVX2 and AVX-512.
+# Highway's portable one is broken in GCC 12.2 (GCC bug 106322).
+function(pileus_compile_as_kernels)
+  set_source_files_properties(${ARGN} PROPERTIES
+                              COMPILE_OPTIONS "-msse4.2;-maes;-mpclmul"
+                              COMPILE_DEFINITIONS "HWY_BASELINE_TARGETS=HWY_SSE4;HWY_DISABLED_TARGETS=HWY_SSSE3")
+endfunction()

@@ -38,7 +38,7 @@ double ProceduralCloud::density(const Vec3d& p_world) const {
   if (!(f > 0)) return 0;  // also where a coordinate is not finite
   const double cover = coverage(f, height_factor(p_world.y));
   if (cover <= m_recipe.threshold) return 0;  // noise only takes away
-  const double valley = 1 - std::min(1.0, m_billows.billow(p_world));
+  const double valley = 1 - std::min(1.0, m_billows.value(OctaveSum::billow, p_world));
   return remapped(cover - m_recipe.erosion * valley * valley);
 }
 

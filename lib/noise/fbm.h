@@ -1,6 +1,12 @@
 #pragma once
 
+#include <span>
+#include <vector>
+
+#include "lib/math/interval.h"
 #include "lib/math/vec.h"
+#include "lib/noise/noise_block.h"
+#include "lib/noise/octave_sum.h"
 #include "lib/noise/perlin.h"
 
 namespace pileus {
@@ -16,10 +22,10 @@ struct FbmParams {
 
 /// Fractal noise: octaves of PerlinNoise, divided by the sum of their amplitudes, so that every octave sum
 /// keeps the bound of a single octave:
-///   value(p)  = sum gain^i n(p_i)   / sum gain^i,  |value| <= kPerlinBound
-///   billow(p) = sum gain^i |n(p_i)| / sum gain^i,  0 <= billow <= kPerlinBound
+///   sum gain^i shape(n(p_i)) / sum gain^i,  shape as OctaveSum tells
+///   fbm: |value| <= kPerlinBound;  billow: 0 <= value <= kPerlinBound;  ridged: 0 <= value <= 1
 /// with p_i = frequency lacunarity^i p + i * (a fixed shift). Without the shift all octaves would be 0 at the
-/// origin together. Billows are round where |n| is large and creased where n = 0, like a cauliflower.
+/// origin together.
 /// threads: const, safe from many threads
 class Fbm {
  public:
@@ -27,13 +33,23 @@ class Fbm {
   explicit Fbm(const FbmParams& params);
 
   /// p_world [m], finite.
-  double value(const Vec3d& p_world) const;
-  double billow(const Vec3d& p_world) const;
+  double value(OctaveSum kind, const Vec3d& p_world) const;
+
+  /// The same at all points of a block [m], in single precision: within kNoiseFloatError of value(), also far
+  /// from the origin. Tens of times as fast; fastest with at least eight points along z.
+  ///   values: block.size(), as NoiseBlock lays them out
+  void evaluate(OctaveSum kind, const NoiseBlock& block, std::span<float> values) const;
+
+  /// Bounds of value() and evaluate() in a box [m]: certain, and tight where the box is small against the
+  /// cells of the octaves that matter.
+  Interval bound(OctaveSum kind, const Box3d& box_world) const;
 
  private:
-  FbmParams m_params;
   PerlinNoise m_noise;
-  double m_normalization;  ///< 1 / sum of the amplitudes
+  std::vector<NoiseOctave> m_octaves;  ///< the sum of their amplitudes is 1
 };
+
+/// How far the single-precision functions are off, at most.
+inline constexpr double kNoiseFloatError = 4e-6;
 
 }  // namespace pileus

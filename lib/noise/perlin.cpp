@@ -52,66 +52,102 @@ uint64_t next_split_mix(uint64_t& state) {
 }
 
 /// One coordinate, split into the lattice cell (wrapped to the period) and the place in it.
-template <class Real>
 struct Cell {
-  int index;   ///< 0 .. kPeriod - 1
-  Real place;  ///< 0 .. 1
+  int index;     ///< 0 .. kPeriod - 1
+  double place;  ///< 0 .. 1
 
-  explicit Cell(Real x) {
-    const Real whole = std::floor(x);
+  explicit Cell(double x) {
+    const double whole = std::floor(x);
     // Wrapped while still floating: the conversion to int then cannot overflow, and every step is exact.
-    index = int(whole - Real(kPeriod) * std::floor(whole / Real(kPeriod)));
+    index = int(whole - kPeriod * std::floor(whole / kPeriod));
     place = x - whole;
   }
+  double weight() const { return place * place * place * (place * (place * 6 - 15) + 10); }
+  double weight_slope() const { return 30 * place * place * (1 - place) * (1 - place); }
 };
 
-template <class Real>
-Real fade(Real t) {
-  return t * t * t * (t * (t * 6 - 15) + 10);
+/// perlin2002's own order of operations, so that values agree with the reference to the last bit; `axis` is
+/// the one that the weight t depends on.
+NoiseSample mix(int axis, double t, double t_slope, const NoiseSample& a, const NoiseSample& b) {
+  NoiseSample mixed{a.value + t * (b.value - a.value), a.gradient + t * (b.gradient - a.gradient)};
+  mixed.gradient[axis] += t_slope * (b.value - a.value);
+  return mixed;
 }
 
-/// perlin2002's own order of operations, so that values agree with the reference to the last bit.
-template <class Real>
-Real perlin_lerp(Real t, Real a, Real b) {
-  return a + t * (b - a);
-}
-
-template <class Real>
-Real perlin(const std::array<uint8_t, kPeriod>& permutation, const Imath::Vec3<Real>& p) {
-  const Cell<Real> x(p.x), y(p.y), z(p.z);
+NoiseSample perlin(const std::array<uint8_t, kPeriod>& permutation, const Vec3d& p) {
+  const Cell x(p.x), y(p.y), z(p.z);
 
   // The ramp of a corner (i, j, k in {0, 1}): its gradient times the way from the corner to the point.
   const auto corner = [&](int i, int j, int k) {
     const int column = permutation[size_t(x.index + i) % kPeriod];
     const int row = permutation[size_t(column + y.index + j) % kPeriod];
     const auto& g = kGradients[permutation[size_t(row + z.index + k) % kPeriod] % kGradients.size()];
-    return Real(g[0]) * (x.place - Real(i)) + Real(g[1]) * (y.place - Real(j)) +
-           Real(g[2]) * (z.place - Real(k));
+    return NoiseSample{
+        double(g[0]) * (x.place - i) + double(g[1]) * (y.place - j) + double(g[2]) * (z.place - k),
+        Vec3d(g[0], g[1], g[2])};
   };
-  const auto edge = [&](Real u, int j, int k) { return perlin_lerp(u, corner(0, j, k), corner(1, j, k)); };
-
-  const Real u = fade(x.place), v = fade(y.place), w = fade(z.place);
-  const Real below = perlin_lerp(v, edge(u, 0, 0), edge(u, 1, 0));
-  const Real above = perlin_lerp(v, edge(u, 0, 1), edge(u, 1, 1));
-  return perlin_lerp(w, below, above);
+  const double u = x.weight(), v = y.weight(), w = z.weight();
+  const double du = x.weight_slope(), dv = y.weight_slope(), dw = z.weight_slope();
+  const auto edge = [&](int j, int k) { return mix(0, u, du, corner(0, j, k), corner(1, j, k)); };
+  const auto face = [&](int k) { return mix(1, v, dv, edge(0, k), edge(1, k)); };
+  return mix(2, w, dw, face(0), face(1));
 }
+
+NoiseTables kernel_tables(const std::array<uint8_t, kPeriod>& permutation) {
+  NoiseTables tables;
+  const auto hash = [&](size_t n) { return permutation[n % kPeriod]; };
+  for (size_t n = 0; n < tables.hash.size(); ++n) tables.hash[n] = hash(n);
+  for (size_t n = 0; n < tables.gradient.size(); ++n) {
+    tables.gradient[n] = uint8_t(hash(n) % kGradients.size());
+  }
+  return tables;
+}
+
+/// A box around its centre, its half extents rounded up.
+struct CentredBox {
+  Vec3d centre, half;
+
+  explicit CentredBox(const Box3d& box) : centre(0.5 * (box.min + box.max)) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double rounding = 4e-16 * std::max(std::fabs(box.min[axis]), std::fabs(box.max[axis]));
+      half[axis] = std::max(box.max[axis] - centre[axis], centre[axis] - box.min[axis]) + rounding;
+    }
+  }
+};
 
 }  // namespace
 
 PerlinNoise::PerlinNoise(uint64_t seed) : m_permutation(kPublishedPermutation) {
-  if (seed == 0) return;
-  for (size_t left = m_permutation.size(); left > 1; --left) {
-    // 64 random bits against at most 256 choices: the modulo's bias is below 2^-55.
-    std::swap(m_permutation[left - 1], m_permutation[next_split_mix(seed) % left]);
+  if (seed != 0) {
+    for (size_t left = m_permutation.size(); left > 1; --left) {
+      // 64 random bits against at most 256 choices: the modulo's bias is below 2^-55.
+      std::swap(m_permutation[left - 1], m_permutation[next_split_mix(seed) % left]);
+    }
   }
+  m_tables = kernel_tables(m_permutation);
 }
 
 double PerlinNoise::value(const Vec3d& p) const {
+  return perlin(m_permutation, p).value;
+}
+
+NoiseSample PerlinNoise::sample(const Vec3d& p) const {
   return perlin(m_permutation, p);
 }
 
-float PerlinNoise::value(const Vec3f& p) const {
-  return perlin(m_permutation, p);
+Interval PerlinNoise::bound(const Box3d& box) const {
+  constexpr Interval kEverywhere{-kPerlinBound, kPerlinBound};
+  const CentredBox b(box);
+  const double reach = std::max({b.half.x, b.half.y, b.half.z});
+  if (!(kPerlinCubeSlope * reach < 2 * kPerlinBound)) return kEverywhere;
+  const NoiseSample centre = sample(b.centre);
+  const Vec3d& slope = centre.gradient;
+  const double tangent =
+      std::fabs(slope.x) * b.half.x + std::fabs(slope.y) * b.half.y + std::fabs(slope.z) * b.half.z;
+  const double radius =
+      kNoiseMargin + std::min({kPerlinCubeSlope * reach, kPerlinSlope * (b.half.x + b.half.y + b.half.z),
+                               tangent + 0.5 * kPerlinCubeCurvature * reach * reach});
+  return intersection({centre.value - radius, centre.value + radius}, kEverywhere);
 }
 
 }  // namespace pileus

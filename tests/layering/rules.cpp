@@ -56,7 +56,7 @@ const std::vector<Library> kLibraries = {
     {"toml++", std::regex("toml\\+\\+/.*"), {"lib/scene", "tests"}},
     {"TBB", std::regex("(oneapi/)?tbb/.*"), {"lib/core"}},
     {"Embree", std::regex("embree[0-9]/.*"), {"lib/geom"}},
-    {"Highway", std::regex("hwy/.*"), {"lib/simd", "integrators/kernels", "tests"}},
+    {"Highway", std::regex("hwy/.*"), {"lib/simd", "lib/noise/kernels", "integrators/kernels", "tests"}},
     {"GDAL", std::regex("gdal.*"), {"lib/terrain"}},
     {"ctemplate", std::regex("ctemplate/.*"), {"apps"}},
     {"CLI11", std::regex("CLI/.*"), {"apps", "tests"}},

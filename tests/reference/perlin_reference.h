@@ -4,6 +4,8 @@
 #include <cmath>
 #include <cstdint>
 
+#include "lib/math/vec.h"
+
 namespace pileus::reference {
 
 /// Improved noise as perlin2002 words it, slow and in double precision: the eight corners' ramps, weighted.
@@ -19,6 +21,12 @@ class SlowPerlin {
           weight(x - cx) * weight(y - cy) * weight(z - cz) * ramp(hash(cx, cy, cz), x - cx, y - cy, z - cz);
     }
     return sum;
+  }
+
+  /// The gradient of the lattice point (cx, cy, cz): what its ramp grows by along each axis.
+  Vec3d corner_gradient(double cx, double cy, double cz) const {
+    const int h = hash(cx, cy, cz);
+    return Vec3d(ramp(h, 1, 0, 0), ramp(h, 0, 1, 0), ramp(h, 0, 0, 1));
   }
 
  private:
