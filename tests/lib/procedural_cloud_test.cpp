@@ -79,8 +79,8 @@ TEST(ProceduralCloud, agrees_with_its_definition) {
     if (radius >= 1) continue;
     const Vec3d p = Vec3d(0, 1.6, 0) + local * Vec3d(3, 1.6, 2.2);
     const double depth = std::min(1.0, (1 - radius) / recipe.edge);
-    const double carved =
-        depth * depth * (3 - 2 * depth) - recipe.erosion * std::pow(1 - billows.billow(p), 2);
+    const double carved = depth * depth * (3 - 2 * depth) -
+                          recipe.erosion * std::pow(1 - billows.value(OctaveSum::billow, p), 2);
     const double expected =
         std::clamp(recipe.sharpness * (carved - recipe.threshold) / (1 - recipe.threshold), 0.0, 1.0);
     ASSERT_NEAR(cloud.density(p), expected, 1e-10) << p;
