@@ -29,6 +29,7 @@
 ///   integrator = "march"
 ///   tolerance = 0.002
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -46,6 +47,7 @@
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
 #include "lib/core/param_table.h"
+#include "lib/math/beam.h"
 #include "lib/math/transmittance.h"
 #include "lib/scene/integrator.h"
 
@@ -100,6 +102,7 @@ class MarchTracer final : public Tracer {
         m_exact(prepare_exact(world, plan, accuracy)) {
     MarchScene& kernel = m_march.kernel;
     kernel.is_leaping = options.leaping;
+    kernel.wants_depth = kHasAovs && plan.aovs.count("Z") > 0;
     const std::vector<int> levels =
         kHasLevelOfDetail && options.level_of_detail && !wants_bound(plan) && has_size(accuracy.picture)
             ? coarsest_levels(world, accuracy.picture)
@@ -116,10 +119,13 @@ class MarchTracer final : public Tracer {
     return m_march.kernel.shadow_step > 0.0 ? 64 : 256;
   }
 
+  bool traces_packets() const override { return true; }
+
   std::vector<std::string> choices() const override { return m_choices; }
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     if (rays.empty()) return;
+    if (!m_plan.surfaces && !m_enclosed && misses_media(rays)) return show_background(rays, results);
     Packet packet(rays, m_march);
     TraceCounters tile;
     for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i, tile);
@@ -146,7 +152,10 @@ class MarchTracer final : public Tracer {
           stride(march.kernel.grids.size() * sums_per_grid(march.kernel)),
           sums(all.size() * stride) {
       march.weights_for(all[0].d, weights);
-      if (!kHasPhase || march.is_isotropic()) return;
+      if (!kHasPhase || march.is_isotropic()) {
+        brightest = march.brightest(weights.data());
+        return;
+      }
       const size_t count = weights.size();
       weights.resize(all.size() * count);
       std::vector<float> own;
@@ -166,8 +175,29 @@ class MarchTracer final : public Tracer {
     std::vector<double> sums;
     std::vector<float> weights;
     size_t weights_step = 0;  ///< 0 where all rays share theirs
+    double brightest = 0.0;   ///< of the media, where all rays share their weights
     uint64_t samples = 0, lookups = 0, leaps = 0;
   };
+
+  /// True where none of the rays can meet a medium: they are then answered at once.
+  bool misses_media(std::span<const Ray> rays) const {
+    Beam beam;
+    for (const Ray& ray : rays) {
+      beam.o.extendBy(ray.o);
+      beam.d.extendBy(ray.d);
+    }
+    return std::all_of(m_world.media.begin(), m_world.media.end(), [&](const WorldMedium& medium) {
+      return beam.inside(medium.density->bounds()).empty();
+    });
+  }
+
+  void show_background(std::span<const Ray> rays, std::span<RayResult> results) const {
+    for (size_t i = 0; i < rays.size(); ++i) {
+      results[i] = {};
+      results[i].radiance = m_world.background->radiance(rays[i].d);
+      results[i].error = 0.0;
+    }
+  }
 
   void choose_sunlight(const Vec2i& picture, const MarchOptions& options) {
     constexpr double kMostBytes = 512e6;
@@ -240,7 +270,8 @@ class MarchTracer final : public Tracer {
         });
     job.weights = packet.weights.data() + i * packet.weights_step;
     job.behind = largest(packet.behind[i]);
-    job.brightest = std::max(job.behind, m_march.brightest(job.weights));
+    const double media = packet.weights_step == 0 ? packet.brightest : m_march.brightest(job.weights);
+    job.brightest = std::max(job.behind, media);
     job.step_quality = kFirstQuality * m_shares.step * m_tolerance / std::max(job.brightest, 1e-3);
     job.stop = Shares::stop * m_tolerance / std::max(1.0, job.brightest);
     m_march.set_height(ray, job);
@@ -248,10 +279,10 @@ class MarchTracer final : public Tracer {
 
   void march(Packet& packet) const {
     march_rays(m_march.kernel, packet.jobs, packet.marched, packet.sums);
-    count(packet, packet.marched);
+    count_marched(packet, packet.marched);
   }
 
-  static void count(Packet& packet, std::span<const MarchResult> marched) {
+  static void count_marched(Packet& packet, std::span<const MarchResult> marched) {
     for (const MarchResult& result : marched) {
       packet.samples += result.samples;
       packet.lookups += result.lookups;
@@ -259,35 +290,41 @@ class MarchTracer final : public Tracer {
     }
   }
 
-  /// Marches again, finer, the rays whose estimate says that they miss their share of the tolerance.
+  /// Marches again, finer, the rays whose estimate says that they miss their share of the tolerance; those of
+  /// one packet of the kernel together.
   void refine(Packet& packet) const {
-    const double allowed = m_shares.step * m_tolerance / kEstimateSafety;
     constexpr int kRounds = 3;
-    std::vector<size_t> chosen;
-    std::vector<MarchRay> jobs;
-    std::vector<MarchResult> marched;
-    std::vector<double> sums;
-    for (int round = 0; round < kRounds; ++round) {
-      chosen.clear();
-      jobs.clear();
-      for (size_t i = 0; i < packet.jobs.size(); ++i) {
-        const double error = packet.marched[i].error;
-        if (!(error > allowed)) continue;
-        packet.jobs[i].step_quality *= std::clamp(0.7 * allowed / error, 0.05, 0.5);
-        chosen.push_back(i);
-        jobs.push_back(packet.jobs[i]);
-      }
-      if (chosen.empty()) return;
-      marched.resize(chosen.size());
-      sums.resize(chosen.size() * packet.stride);
-      march_rays(m_march.kernel, jobs, marched, sums);
-      count(packet, marched);
-      for (size_t n = 0; n < chosen.size(); ++n) {
-        packet.marched[chosen[n]] = marched[n];
-        std::copy_n(sums.begin() + std::ptrdiff_t(n * packet.stride), packet.stride,
-                    packet.sums.begin() + std::ptrdiff_t(chosen[n] * packet.stride));
-      }
+    for (size_t first = 0; first < packet.jobs.size(); first += kPacketRays) {
+      const size_t end = std::min(first + kPacketRays, packet.jobs.size());
+      for (int round = 0; round < kRounds; ++round)
+        if (!refine(packet, first, end)) break;
     }
+  }
+
+  /// False where all is good.
+  bool refine(Packet& packet, size_t first, size_t end) const {
+    const double allowed = m_shares.step * m_tolerance / kEstimateSafety;
+    std::array<size_t, kPacketRays> chosen;
+    std::array<MarchRay, kPacketRays> jobs;
+    size_t count = 0;
+    for (size_t i = first; i < end; ++i) {
+      const double error = packet.marched[i].error;
+      if (!(error > allowed)) continue;
+      packet.jobs[i].step_quality *= std::clamp(0.7 * allowed / error, 0.05, 0.5);
+      chosen[count] = i;
+      jobs[count++] = packet.jobs[i];
+    }
+    if (count == 0) return false;
+    std::array<MarchResult, kPacketRays> marched;
+    std::vector<double> sums(count * packet.stride);
+    march_rays(m_march.kernel, std::span(jobs).first(count), std::span(marched).first(count), sums);
+    count_marched(packet, std::span(marched).first(count));
+    for (size_t n = 0; n < count; ++n) {
+      packet.marched[chosen[n]] = marched[n];
+      std::copy_n(sums.begin() + std::ptrdiff_t(n * packet.stride), packet.stride,
+                  packet.sums.begin() + std::ptrdiff_t(chosen[n] * packet.stride));
+    }
+    return true;
   }
 
   /// The tolerance is a promise: where steps or sunlight cannot be made fine enough, `exact` has to keep it.

@@ -51,7 +51,7 @@ class Pass {
        const Crop& crop, double coarseness)
       : film(crop.x1 - crop.x0, crop.y1 - crop.y0, scene.render.pixel_samples * scene.render.pixel_samples,
              plan),
-        tiles(film.image().width, film.image().height),
+        tiles(film.image().width, film.image().height, {crop.x0, crop.y0}),
         m_scene(scene),
         m_options(options),
         m_world(world),
@@ -84,12 +84,14 @@ class Pass {
     Counters tile_counters;
     std::vector<Ray> rays;
     std::vector<RayResult> results;
-    const std::vector<Vec2i> pixels = tiles.pixels(index);
+    const std::vector<Vec2i> pixels =
+        m_tracer->traces_packets() ? tiles.pixels_of_blocks(index) : tiles.pixels(index);
     for (const Vec2i& pixel : pixels) append_rays(pixel, m_scene.render.pixel_samples, rays);
     results.resize(rays.size());
     trace(rays, results, tile_counters, must_stop);
     const size_t rays_per_pixel = rays.size() / pixels.size();
     for (size_t i = 0; i < pixels.size(); ++i) {
+      if (!tiles.contains(pixels[i])) continue;
       film.set_pixel(pixels[i].x, pixels[i].y,
                      std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
     }
@@ -108,9 +110,12 @@ class Pass {
   }
 
   void append_rays(const Vec2i& pixel, int n, std::vector<Ray>& rays) const {
+    // Pixels beyond the picture, which fill up packets, repeat those at its edge.
+    const int x = std::min(m_crop.x0 + pixel.x, m_scene.render.size.x - 1),
+              y = std::min(m_crop.y0 + pixel.y, m_scene.render.size.y - 1);
     for (int j = 0; j < n; ++j) {
       for (int i = 0; i < n; ++i) {
-        const Vec2d at(m_crop.x0 + pixel.x + (i + 0.5) / n, m_crop.y0 + pixel.y + (j + 0.5) / n);
+        const Vec2d at(x + (i + 0.5) / n, y + (j + 0.5) / n);
         rays.push_back(m_world.camera->ray(at, m_scene.render.size));
       }
     }

@@ -20,12 +20,9 @@ void march_with(const MarchScene& scene, std::span<const MarchRay> rays, std::sp
                 std::span<double> sums) {
   Marcher<kGrids, kLights, kPlain> marcher(scene);
   const size_t stride = scene.grids.size() * sums_per_grid(scene);
-  const bool misses_all = std::all_of(scene.grids.begin(), scene.grids.end(), [&](const MarchGrid& grid) {
-    return Beam(grid, rays).misses(grid.bounds);
-  });
-  for (size_t i = 0; i < rays.size(); ++i) {
-    double* const own = sums.data() + i * stride;
-    misses_all ? marcher.miss(results[i], own) : marcher.march(rays[i], results[i], own);
+  for (size_t first = 0; first < rays.size(); first += kPacketRays) {
+    const size_t count = std::min(kPacketRays, rays.size() - first);
+    marcher.march(rays.subspan(first, count), results.subspan(first, count), sums.data() + first * stride);
   }
 }
 

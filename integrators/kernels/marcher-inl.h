@@ -1,4 +1,4 @@
-// The march of one ray.
+// The march of a packet of rays.
 // Per-target include guard, as Highway needs it.
 #if defined(PILEUS_INTEGRATORS_KERNELS_MARCHER_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PILEUS_INTEGRATORS_KERNELS_MARCHER_INL_H
@@ -8,13 +8,14 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
 
 #include "hwy/highway.h"
 
-#include "integrators/kernels/lanes-inl.h"
+#include "integrators/kernels/packet-inl.h"
 #include "integrators/kernels/readers-inl.h"
 #include "integrators/kernels/walks-inl.h"
 #include "lib/math/transmittance.h"
@@ -24,7 +25,7 @@ HWY_BEFORE_NAMESPACE();
 namespace pileus::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Marches one ray after the other.
+/// Marches one packet after the other. All rays of a packet take the same steps.
 ///   kGrids:  1, with extinction; or 0: any
 ///   kLights: 0 or 1; or -1: any
 ///   kPlain:  one scatter term, and no light that varies with height
@@ -32,295 +33,384 @@ template <int kGrids, int kLights, bool kPlain>
 class Marcher {
  public:
   explicit Marcher(const MarchScene& scene) : m_scene(scene) {
-    for (const MarchGrid& grid : scene.grids) m_grids.emplace_back(*grid.pyramid);
+    for (const MarchGrid& grid : scene.grids) {
+      m_grids.emplace_back(*grid.pyramid);
+      m_extinctions.push_back(float(grid.extinction));
+    }
     for (const SunLattice& lattice : scene.lattices) m_lattices.emplace_back(lattice);
     m_paths.resize(m_grids.size());
     m_sun_paths.resize(m_lattices.size());
-    for (const MarchGrid& grid : scene.grids) m_extinctions.push_back(float(grid.extinction));
-    m_rhos.resize(m_grids.size() * kLanes);
-    m_accumulators.resize(m_grids.size() * sums_per_grid(scene) * kLanes);
+    m_locals.resize(m_grids.size() * kPacketRays);
+    m_weights.resize(m_grids.size() * size_t(lights()) * (kPlain ? 1 : kMostTerms));
+    m_sums.resize(m_grids.size() * sums_per_grid(scene));
+    m_rhos.resize(m_grids.size());
   }
 
-  void march(const MarchRay& job, MarchResult& result, double* sums) {
-    begin(job);
-    if constexpr (kGrids == 1) {
-      const MarchGrid& grid = m_scene.grids[0];
-      const Ray local = local_ray(grid, job.ray);
-      const Segment inside = clip_to_bounds(grid.bounds, local, job.segment);
-      if (inside.empty()) return miss(result, sums);
-      clear_sums();
-      walk_one(GridWalk(grid, local, inside));
-    } else {
-      clear_sums();
-      walk_all(job);
-    }
-    finish(result, sums);
-  }
-
-  /// The answer for a ray that meets nothing.
-  void miss(MarchResult& result, double* sums) const {
-    result = {};
-    result.z_half = std::numeric_limits<double>::infinity();
-    result.first = {result.z_half, result.z_half};
-    std::fill_n(sums, m_scene.grids.size() * sums_per_grid(m_scene), 0.0);
+  /// rays: at most kPacketRays; sums: [ray][grid][sum]
+  void march(std::span<const MarchRay> rays, std::span<MarchResult> results, double* sums) {
+    m_rays = rays;
+    m_leaps = m_samples = m_lookups = 0;
+    const Segment inside = find_entry();
+    if (inside.empty()) return miss(results, sums);
+    begin(inside);
+    walk(inside);
+    finish(results, sums);
   }
 
  private:
-  static constexpr bool kClamp = kGrids != 1;
+  static constexpr bool kClamp = true;  ///< the rays beside one in the grid may be outside
+  static constexpr size_t kTermsKept = kPlain ? 1 : kMostTerms;
+  static constexpr int kMostLevel = 8;   ///< slabs of 8 << level cells
+  static constexpr int kFewSteps = 2;    ///< a slab that needs no more is not worth dividing
+  static constexpr int kMostSteps = 32;  ///< between two looks at what is left of the rays
+
   int grids() const { return kGrids > 0 ? kGrids : int(m_grids.size()); }
   int lights() const { return kLights >= 0 ? kLights : m_scene.lights; }
 
-  void begin(const MarchRay& job) {
-    m_job = &job;
-    m_queued = 0;
-    m_transmittance = 1.0;
-    m_samples = m_lookups = m_leaps = 0;
-    m_z_half = std::numeric_limits<double>::infinity();
-    m_first = {m_z_half, m_z_half};
-    m_has_met = false;
-    m_is_placed = false;
+  /// What is known of a stretch of the packet's way before anything is sampled.
+  struct Slab {
+    bool is_empty = true, is_uniform = true;
+    double sigma = 0.0;      ///< largest extinction [1/m]
+    double variation = 0.0;  ///< of what a density adds to a ray, relative to the brightest [1/m]
+    double voxel = std::numeric_limits<double>::infinity();  ///< shortest of the grids that are met [m]
+  };
+
+  /// Beams of the packet in every grid, and where on the rays something may be met.
+  Segment find_entry() {
+    m_beams.clear();
+    Segment inside{std::numeric_limits<double>::infinity(), 0.0}, wanted = inside;
+    m_finest = std::numeric_limits<double>::infinity();
+    for (size_t g = 0; g < m_scene.grids.size(); ++g) {
+      m_beams.emplace_back(m_scene.grids[g], m_rays, std::span(m_locals).subspan(g * kPacketRays));
+      const Segment in_grid = m_beams.back().inside();
+      inside = {std::min(inside.t0, in_grid.t0), std::max(inside.t1, in_grid.t1)};
+      m_finest = std::min(m_finest, m_beams.back().voxel());
+    }
+    m_latest_start = 0.0;
+    m_earliest_end = std::numeric_limits<double>::infinity();
+    for (const MarchRay& job : m_rays) {
+      wanted = {std::min(wanted.t0, job.segment.t0), std::max(wanted.t1, job.segment.t1)};
+      m_latest_start = std::max(m_latest_start, job.segment.t0);
+      m_earliest_end = std::min(m_earliest_end, job.segment.t1);
+    }
+    return {std::max(inside.t0, wanted.t0), std::min(inside.t1, wanted.t1)};
   }
 
-  void clear_sums() {
-    const D d;
-    hn::Store(hn::Zero(d), d, m_tau);
-    hn::Store(hn::Zero(d), d, m_error2);
-    std::fill(m_accumulators.begin(), m_accumulators.end(), 0.0f);
-    for (SampleHistory* history : {&m_lit, &m_sigma, &m_bright, &m_weight}) history->reset();
+  /// The answer for rays that meet nothing.
+  void miss(std::span<MarchResult> results, double* sums) const {
+    MarchResult nothing;
+    nothing.z_half = std::numeric_limits<double>::infinity();
+    nothing.first = {nothing.z_half, nothing.z_half};
+    std::fill(results.begin(), results.end(), nothing);
+    std::fill_n(sums, m_rays.size() * m_sums.size(), 0.0);
   }
 
   /// Kernel positions are counted from the entry of the first medium: floats then suffice.
-  void place_paths(double t) {
-    m_t_base = t;
-    m_is_placed = true;
-    const Ray& ray = m_job->ray;
-    const Vec3d p = ray.at(t);
-    for (size_t g = 0; g < m_grids.size(); ++g) {
-      const Affine& local = m_scene.grids[g].local_from_world;
-      m_paths[g] = LinePath(local.point(p), local.direction(ray.d));
+  void begin(const Segment& inside) {
+    m_base = inside.t0;
+    m_quality = std::numeric_limits<double>::infinity();
+    m_brightest = 0.0;
+    for (size_t i = 0; i < kPacketRays; ++i) {
+      // A packet that is not full has its last ray several times.
+      const size_t ray = std::min(i, m_rays.size() - 1);
+      const MarchRay& job = m_rays[ray];
+      place(i, ray, job.ray);
+      m_start.of[i] = float(job.segment.t0 - m_base);
+      m_end.of[i] = float(std::min(job.segment.t1 - m_base, double(std::numeric_limits<float>::max())));
+      m_behind.of[i] = float(job.behind);
+      m_stop.of[i] = float(job.stop);
+      m_quality = std::min(m_quality, job.step_quality);
+      m_brightest = std::max(m_brightest, job.brightest);
+      keep_weights(i, job);
+      m_height0.of[i] = float(job.height0 + m_base * job.height1);
+      m_height1.of[i] = float(job.height1);
     }
-    for (size_t i = 0; i < m_lattices.size(); ++i) {
-      const Affine& lattice = m_scene.lattices[i].lattice_from_world;
-      m_sun_paths[i] = LinePath(lattice.point(p), lattice.direction(ray.d));
-    }
-    m_height0 = float(m_job->height0 + t * m_job->height1);
-    m_height1 = float(m_job->height1);
+    m_tau.reset();
+    m_passed.fill(1.0f);
+    m_error2.fill(0.0f);
+    for (PacketFloats& sum : m_sums) sum.fill(0.0f);
+    m_history.reset();
+    m_is_inside = false;
+    if (m_scene.wants_depth) m_depths.fill({});
   }
 
-  void walk_one(GridWalk walk) {
-    const double extinction = walk.extinction(), scale = light_scale(m_scene.grids[0]);
-    while (walk.next()) {
-      const ValueRange& range = m_scene.is_leaping ? walk.now.range : walk.whole();
-      if (range.hi == 0.0f) {
-        ++m_leaps;
-        continue;
-      }
-      const double sigma = extinction * double(range.hi), variation = scale * double(range.hi - range.lo);
-      if (!add_stretch(walk.now.t0, walk.now.t1, sigma, variation, walk.voxel())) return;
+  void place(size_t lane, size_t ray, const Ray& world) {
+    for (size_t g = 0; g < m_paths.size(); ++g) {
+      const Ray& local = m_locals[g * kPacketRays + ray];
+      m_paths[g].set(lane, local.at(m_base), local.d);
     }
+    for (size_t i = 0; i < m_sun_paths.size(); ++i) {
+      const Affine& lattice = m_scene.lattices[i].lattice_from_world;
+      m_sun_paths[i].set(lane, lattice.point(world.at(m_base)), lattice.direction(world.d));
+    }
+  }
+
+  void keep_weights(size_t lane, const MarchRay& job) {
+    for (size_t source = 0; source < size_t(grids() * lights()); ++source) {
+      const size_t terms = kPlain ? 1 : size_t(m_scene.grids[source / size_t(lights())].terms);
+      for (size_t k = 0; k < terms; ++k)
+        m_weights[source * kTermsKept + k].of[lane] = job.weights[source * kMostTerms + k];
+    }
+  }
+
+  /// Slab by slab: twice as long behind one in which nothing was met or few steps sufficed, half as long
+  /// where there is more to see.
+  void walk(const Segment& inside) {
+    int level = 0;
+    for (double t = inside.t0; t < inside.t1;) {
+      const double end = std::min(t + double(BrickGrid::kBrickCells << level) * m_finest, inside.t1);
+      const Slab slab = look_ahead(t, end);
+      if (slab.is_empty) {
+        ++m_leaps;
+        if (m_is_inside) leave_medium();
+      } else {
+        const int steps = steps_for(slab, end - t);
+        const bool is_fine = double(end - t) <= double(BrickGrid::kBrickCells) * slab.voxel;
+        if (level > 0 && steps > kFewSteps && !is_fine && !slab.is_uniform) {
+          --level;
+          continue;
+        }
+        if (!march_slab(t, end, steps)) return;
+        if (steps > 1) {
+          t = end;
+          continue;
+        }
+      }
+      level = std::min(level + 1, kMostLevel);
+      t = end > t ? end : inside.t1;  // slabs so short that t does not move: far away, in tiny voxels
+    }
+  }
+
+  Slab look_ahead(double t0, double t1) const {
+    Slab slab;
+    for (size_t g = 0; g < m_beams.size(); ++g) {
+      const MarchGrid& grid = m_scene.grids[g];
+      ValueRange range = m_beams[g].range(t0, t1);
+      if (!m_scene.is_leaping) range = m_beams[g].whole();
+      if (range.hi == 0.0f) continue;
+      slab.is_empty = false;
+      slab.is_uniform &= range.is_uniform();
+      slab.sigma += grid.extinction * double(range.hi);
+      slab.variation += light_scale(grid) * double(range.hi - range.lo);
+      slab.voxel = std::min(slab.voxel, m_beams[g].voxel());
+    }
+    return slab;
   }
 
   /// How much a density adds to a ray, relative to the brightest it can get [1/m]: by its extinction, or by
   /// what it glows.
   double light_scale(const MarchGrid& grid) const {
-    if (!(grid.glow > grid.extinction * m_job->brightest)) return grid.extinction;
-    return grid.glow / std::max(m_job->brightest, 1e-30);
+    if (!(grid.glow > grid.extinction * m_brightest)) return grid.extinction;
+    return grid.glow / std::max(m_brightest, 1e-30);
   }
 
-  /// Several grids: stretches end where those of any grid end.
-  void walk_all(const MarchRay& job) {
-    constexpr double kNever = std::numeric_limits<double>::infinity();
-    std::vector<GridWalk>& walks = m_walks;
-    std::vector<double>& scales = m_light_scales;
-    walks.clear();
-    scales.clear();
-    double t = kNever;
-    for (const MarchGrid& grid : m_scene.grids) {
-      const Ray local = local_ray(grid, job.ray);
-      walks.emplace_back(grid, local, clip_to_bounds(grid.bounds, local, job.segment));
-      scales.push_back(light_scale(grid));
-      t = std::min(t, walks.back().now.t0);
-    }
-    while (t < kNever) {
-      double end = kNever, sigma = 0.0, variation = 0.0, voxel = kNever;
-      bool is_empty = true;
-      for (size_t g = 0; g < walks.size(); ++g) {
-        GridWalk& walk = walks[g];
-        walk.pass(t);
-        const bool has_begun = walk.now.t0 <= t;
-        end = std::min(end, has_begun ? walk.now.t1 : walk.now.t0);
-        if (!m_scene.is_leaping && has_begun) walk.now.range = walk.whole();
-        if (!has_begun || walk.now.range.hi == 0.0f) continue;
-        is_empty = false;
-        sigma += walk.extinction() * double(walk.now.range.hi);
-        variation += scales[g] * double(walk.now.range.hi - walk.now.range.lo);
-        voxel = std::min(voxel, walk.voxel());
-      }
-      if (end == kNever) return;
-      if (is_empty) {
-        ++m_leaps;
-      } else if (!add_stretch(t, end, sigma, variation, voxel)) {
-        return;
-      }
-      t = end;
-    }
+  /// Two rules give the step: the density may vary so much, and the light inside a step may fall by so much,
+  /// that the step errs by its share (METHODS §1.5, §9.2); both matter less behind what the rays have already
+  /// met.
+  int steps_for(const Slab& slab, double span) const {
+    const double weight = double(most_passed()) / m_quality;
+    const double rate2 = weight * std::max(slab.variation / slab.voxel, slab.sigma * slab.sigma);
+    return std::max(1, int(std::ceil(span * std::min(std::sqrt(rate2), 8.0 / slab.voxel))));
   }
 
-  /// Queues the samples of a stretch; false once the ray has ended. Two rules give the step: the density may
-  /// vary so much, and the light inside a step may fall by so much, that the step errs by its share (METHODS
-  /// §1.5, §9.2); both matter less behind what the ray has already met.
-  bool add_stretch(double t0, double t1, double sigma, double variation, double voxel) {
-    if (!m_is_placed) {
-      place_paths(t0);
-      m_first.t0 = t0;
-    }
-    const double span = t1 - t0;
-    const double weight = m_transmittance / m_job->step_quality;
-    const double rate2 = std::max(weight * variation / voxel, weight * sigma * sigma);
-    const double finest = std::min(std::sqrt(rate2), 8.0 / voxel);
-    const int steps = std::max(1, int(std::ceil(span * finest)));
-    const D d;
-    const float dt = float(span / steps), first = float(t0 - m_t_base);
-    const V lane = hn::Iota(d, 0.5f);
-    for (int done = 0; done < steps;) {
-      const int room = int(kQueue - kLanes - m_queued), count = std::min(room, steps - done);
-      for (int i = 0; i < count; i += int(kLanes)) {
-        const V at = hn::Add(lane, hn::Set(d, float(done + i)));
-        hn::StoreU(hn::MulAdd(at, hn::Set(d, dt), hn::Set(d, first)), d, m_t + m_queued + i);
-        hn::StoreU(hn::Set(d, dt), d, m_dt + m_queued + i);
-      }
-      m_queued += size_t(count);
-      done += count;
-      if (!drain()) return false;
+  float most_passed() const { return *std::max_element(m_passed.of, m_passed.of + kPacketRays); }
+
+  /// False once all rays have ended.
+  bool march_slab(double t0, double t1, int steps) {
+    const double dt = (t1 - t0) / steps;
+    m_is_inside = true;
+    m_is_cut = t0 < m_latest_start || t1 > m_earliest_end;
+    for (int done = 0; done < steps; done += kMostSteps) {
+      const int count = std::min(steps - done, kMostSteps);
+      const float first = float(t0 + done * dt - m_base);
+      for (size_t v = 0; v < kVectors; ++v) march_vector(v, first, float(dt), count);
+      m_samples += uint64_t(count);
+      bool has_ended = true;
+      for (size_t v = 0; v < kVectors; ++v)
+        has_ended &= hn::AllTrue(D(), hn::Le(m_passed.get(v), m_stop.get(v)));
+      if (has_ended) return false;
     }
     return true;
   }
 
-  /// Works off full vectors and keeps the rest for later.
-  bool drain() {
-    const D d;
-    size_t done = 0;
-    for (; done + kLanes <= m_queued; done += kLanes) {
-      composite(m_t + done, m_dt + done);
-      m_samples += kLanes;
-      if (m_transmittance <= m_job->stop) {
-        m_queued = 0;
-        return false;
-      }
+  /// The samples that came before, on the rays of one vector: what their errors are told by.
+  struct History {
+    PacketFloats lit1, lit2, sigma1, sigma2, bright1, weight1;
+
+    void reset() {
+      for (PacketFloats* past : {&lit1, &lit2, &sigma1, &sigma2, &bright1, &weight1}) past->fill(0.0f);
     }
-    if (done > 0) {
-      hn::StoreU(hn::LoadU(d, m_t + done), d, m_t);
-      hn::StoreU(hn::LoadU(d, m_dt + done), d, m_dt);
-      m_queued -= done;
+  };
+
+  /// Behind the last sample of a medium comes none of its density.
+  void leave_medium() {
+    for (size_t v = 0; v < kVectors; ++v) {
+      const V zero = hn::Zero(D());
+      const V second_lit = second_difference(zero, m_history.lit1.get(v), m_history.lit2.get(v)),
+              second_sigma = second_difference(zero, m_history.sigma1.get(v), m_history.sigma2.get(v));
+      const V bright = hn::Max(m_history.bright1.get(v), m_behind.get(v));
+      const V e = hn::Mul(m_history.weight1.get(v), hn::MulAdd(bright, second_sigma, second_lit));
+      m_error2.set(v, hn::MulAdd(e, e, m_error2.get(v)));
     }
-    return true;
+    m_history.reset();
+    m_is_inside = false;
   }
 
-  /// One vector of samples, in order along the ray.
-  HWY_INLINE void composite(const float* t_at, const float* dt_at) {
+  /// Equal steps of the rays of one vector.
+  HWY_INLINE void march_vector(size_t v, float first, float step, int count) {
     const D d;
-    const V t = hn::LoadU(d, t_at), dt = hn::LoadU(d, dt_at);
+    V lit1 = m_history.lit1.get(v), lit2 = m_history.lit2.get(v);
+    V sigma1 = m_history.sigma1.get(v), sigma2 = m_history.sigma2.get(v);
+    V bright1 = m_history.bright1.get(v), weight1 = m_history.weight1.get(v);
+    V before = m_passed.get(v), tau_sum = hn::Zero(d), error2 = m_error2.get(v);
+    const V behind = m_behind.get(v);
+    V dt = hn::Set(d, step);
+    for (int k = 0; k < count; ++k) {
+      V t = hn::Set(d, first + (float(k) + 0.5f) * step);
+      if (m_is_cut) cut(v, hn::Set(d, first + float(k) * step), hn::Set(d, step), t, dt);
+      const Sample sample = composite(v, t, dt, before, tau_sum);
+      const V second_lit = second_difference(sample.lit, lit1, lit2),
+              second_sigma = second_difference(sample.sigma, sigma1, sigma2);
+      const V e = hn::Mul(weight1, hn::MulAdd(hn::Max(bright1, behind), second_sigma, second_lit));
+      error2 = hn::MulAdd(e, e, error2);
+      weight1 = hn::Mul(before, dt);
+      before = sample.after;
+      lit2 = lit1, lit1 = sample.lit;
+      sigma2 = sigma1, sigma1 = sample.sigma;
+      bright1 = sample.bright;
+    }
+    m_history.lit1.set(v, lit1), m_history.lit2.set(v, lit2);
+    m_history.sigma1.set(v, sigma1), m_history.sigma2.set(v, sigma2);
+    m_history.bright1.set(v, bright1), m_history.weight1.set(v, weight1);
+    m_error2.set(v, error2);
+    m_tau.add(v, tau_sum);
+    // A product of few factors is good to a few ulp; over the ray it would drift.
+    m_passed.set(v, simd_transmittance(d, m_tau.get(v)));
+  }
+
+  /// The part of a step that lies in each ray's own segment.
+  HWY_INLINE void cut(size_t v, V begin, V step, V& t, V& dt) const {
+    const D d;
+    const V from = hn::Max(begin, m_start.get(v)), to = hn::Min(hn::Add(begin, step), m_end.get(v));
+    dt = hn::Max(hn::Sub(to, from), hn::Zero(d));
+    t = hn::MulAdd(dt, hn::Set(d, 0.5f), from);
+  }
+
+  /// The error of the midpoint rule is h^2/24 of the second derivative: differences of neighbouring samples
+  /// measure it, in the lit density and, for the effect of a wrong optical depth on what lies behind, in the
+  /// density. Errors of different steps are added like independent ones.
+  static HWY_INLINE V second_difference(V now, V middle, V first) {
+    return hn::Abs(hn::Sub(hn::Add(first, now), hn::Add(middle, middle)));
+  }
+
+  struct Sample {
+    V sigma;   ///< extinction [1/m]
+    V lit;     ///< radiance added per metre without anything in front
+    V bright;  ///< radiance of the medium where it is opaque
+    V after;   ///< transmittance behind the step
+  };
+
+  /// Adds a step of every ray to the sums.
+  HWY_INLINE Sample composite(size_t v, V t, V dt, V before, V& tau_sum) {
+    const D d;
     if constexpr (kGrids == 1) {
-      const V rho = density(0, t), sigma = hn::Mul(rho, hn::Set(d, m_extinctions[0]));
-      if (!m_has_met) find_first(rho, t_at);
-      const V tau = hn::Mul(sigma, dt), opacity = simd_opacity(d, tau);
-      const V before = transmittance_before(opacity, t_at, dt_at);
-      add_to(m_tau, tau);
-      const V scattered = hn::Mul(before, opacity);
-      const V response = add_scattered(0, scattered, t);
-      const MarchGrid& grid = m_scene.grids[0];
-      const V lit = hn::MulAdd(rho, hn::Set(d, float(grid.glow)), hn::Mul(sigma, response));
-      add_error(lit, sigma, response, hn::Mul(before, dt));
+      const V rho = density(0, v, t), sigma = hn::Mul(rho, hn::Set(d, m_extinctions[0]));
+      const V tau = hn::Mul(sigma, dt), scattered = hn::Mul(before, simd_opacity(d, tau));
+      tau_sum = hn::Add(tau_sum, tau);
+      const V bright = add_scattered(0, v, scattered, t);
+      const V lit = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[0].glow)), hn::Mul(sigma, bright));
+      const V after = hn::Sub(before, scattered);
+      if (m_scene.wants_depth) note_depths(v, t, dt, rho, tau, before, after);
+      return {sigma, lit, bright, after};
     } else {
-      composite_several(t_at, dt_at, t, dt);
+      return composite_several(v, t, dt, before, tau_sum);
     }
   }
 
   /// Where grids overlap their extinctions add up, and each scatters its share.
-  void composite_several(const float* t_at, const float* dt_at, V t, V dt) {
+  Sample composite_several(size_t v, V t, V dt, V before, V& tau_sum) {
     const D d;
     V sigma = hn::Zero(d), rho_sum = hn::Zero(d);
     for (int g = 0; g < grids(); ++g) {
-      const V rho = density(g, t);
-      hn::StoreU(rho, d, m_rhos.data() + size_t(g) * kLanes);
+      const V rho = density(g, v, t);
+      m_rhos[size_t(g)].set(v, rho);
       sigma = hn::MulAdd(rho, hn::Set(d, m_extinctions[size_t(g)]), sigma);
       rho_sum = hn::Add(rho_sum, rho);
     }
-    if (!m_has_met) find_first(rho_sum, t_at);
     const V tau = hn::Mul(sigma, dt), opacity = simd_opacity(d, tau);
-    const V before = transmittance_before(opacity, t_at, dt_at);
-    add_to(m_tau, tau);
+    tau_sum = hn::Add(tau_sum, tau);
     // Mean transmittance over a step: before * (1 - exp(-tau)) / tau.
     const V thin = hn::Set(d, 1e-12f);
     const V share = hn::IfThenElse(hn::Gt(tau, thin), hn::Div(opacity, hn::Max(tau, thin)), hn::Set(d, 1.0f));
     const V mean = hn::Mul(hn::Mul(before, share), dt);
     V lit = hn::Zero(d), glow = hn::Zero(d);
     for (int g = 0; g < grids(); ++g) {
-      const V rho = hn::LoadU(d, m_rhos.data() + size_t(g) * kLanes), column = hn::Mul(mean, rho);
-      add_to(sums_of(g), column);
+      const V rho = m_rhos[size_t(g)].get(v), column = hn::Mul(mean, rho);
+      add_to(sum_of(g, 0), v, column);
       const V extinction = hn::Set(d, m_extinctions[size_t(g)]);
-      lit = hn::MulAdd(hn::Mul(rho, extinction), add_scattered(g, hn::Mul(column, extinction), t), lit);
+      lit = hn::MulAdd(hn::Mul(rho, extinction), add_scattered(g, v, hn::Mul(column, extinction), t), lit);
       glow = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[size_t(g)].glow)), glow);
     }
     const V bright = hn::Div(lit, hn::Max(sigma, hn::Set(d, 1e-30f)));
-    add_error(hn::Add(lit, glow), sigma, bright, hn::Mul(before, dt));
+    const V after = hn::NegMulAdd(before, opacity, before);
+    if (m_scene.wants_depth) note_depths(v, t, dt, rho_sum, tau, before, after);
+    return {sigma, hn::Add(lit, glow), bright, after};
   }
 
-  HWY_INLINE V density(int grid, V t) const {
-    const LinePath& path = m_paths[size_t(grid)];
-    return m_grids[size_t(grid)].template read<kClamp>(path.at(0, t), path.at(1, t), path.at(2, t));
+  HWY_INLINE V density(int grid, size_t v, V t) const {
+    const PacketPath& path = m_paths[size_t(grid)];
+    return m_grids[size_t(grid)].template read<kClamp>(path.at(0, v, t), path.at(1, v, t), path.at(2, v, t));
   }
 
   /// Adds what a grid scatters of each light and of the height-dependent sky; returns its response to all
   /// lights.
-  HWY_INLINE V add_scattered(int grid, V scattered, V t) {
-    const D d;
-    V sum = hn::Zero(d);
+  HWY_INLINE V add_scattered(int grid, size_t v, V scattered, V t) {
+    V sum = hn::Zero(D());
     for (int l = 0; l < lights(); ++l) {
-      const V response = response_of(grid, l, sun_depth(l, t));
-      add_to(sums_of(grid) + size_t(2 + l) * kLanes, hn::Mul(scattered, response));
+      const V response = response_of(grid, l, v, sun_depth(l, v, t));
+      add_to(sum_of(grid, 2 + l), v, hn::Mul(scattered, response));
       sum = hn::Add(sum, response);
     }
     if constexpr (!kPlain) {
-      const V mix = hn::MulAdd(t, hn::Set(d, m_height1), hn::Set(d, m_height0));
-      add_to(sums_of(grid) + kLanes, hn::Mul(scattered, mix));
+      const V height = hn::MulAdd(t, m_height1.get(v), m_height0.get(v));
+      add_to(sum_of(grid, 1), v, hn::Mul(scattered, height));
     }
     return sum;
   }
 
-  float* sums_of(int grid) { return m_accumulators.data() + size_t(grid) * sums_per_grid(m_scene) * kLanes; }
-
-  static HWY_INLINE void add_to(float* sum, V value) {
-    const D d;
-    hn::StoreU(hn::Add(hn::LoadU(d, sum), value), d, sum);
+  PacketFloats& sum_of(int grid, int index) {
+    return m_sums[size_t(grid) * sums_per_grid(m_scene) + size_t(index)];
   }
 
-  HWY_INLINE V sun_depth(int light, V t) {
+  static HWY_INLINE void add_to(PacketFloats& sum, size_t v, V value) {
+    sum.set(v, hn::Add(sum.get(v), value));
+  }
+
+  HWY_INLINE V sun_depth(int light, size_t v, V t) {
     if constexpr (kGrids != 1) {
-      if (m_scene.shadow_step > 0.0) return traced_depth(light, t);
+      if (m_scene.shadow_step > 0.0) return traced_depth(light, v, t);
     }
     const size_t first = size_t(light) * size_t(grids());
-    V sum = lattice_depth(first, t);
-    for (int g = 1; g < grids(); ++g) sum = hn::Add(sum, lattice_depth(first + size_t(g), t));
+    V sum = lattice_depth(first, v, t);
+    for (int g = 1; g < grids(); ++g) sum = hn::Add(sum, lattice_depth(first + size_t(g), v, t));
     return sum;
   }
 
-  HWY_INLINE V lattice_depth(size_t lattice, V t) const {
-    const LinePath& path = m_sun_paths[lattice];
-    return m_lattices[lattice].read(path.at(0, t), path.at(1, t), path.at(2, t));
+  HWY_INLINE V lattice_depth(size_t index, size_t v, V t) const {
+    const PacketPath& path = m_sun_paths[index];
+    return m_lattices[index].read(path.at(0, v, t), path.at(1, v, t), path.at(2, v, t));
   }
 
   /// Shadow rays of all lanes in step, through every grid.
-  V traced_depth(int light, V t) {
-    const D d;
-    V sum = hn::Zero(d);
+  V traced_depth(int light, size_t v, V t) {
+    V sum = hn::Zero(D());
     for (int g = 0; g < grids(); ++g) {
-      if (m_extinctions[size_t(g)] > 0.0f) sum = hn::Add(sum, traced_depth(light, g, t));
+      if (m_extinctions[size_t(g)] > 0.0f) sum = hn::Add(sum, traced_depth(light, g, v, t));
     }
     return sum;
   }
 
-  V traced_depth(int light, int grid, V t) {
+  V traced_depth(int light, int grid, size_t v, V t) {
     const D d;
     const MarchGrid& scene = m_scene.grids[size_t(grid)];
     const Vec3d towards = scene.local_from_world.direction(m_scene.towards_suns[size_t(light)]);
@@ -329,7 +419,7 @@ class Marcher {
     V most = hn::Set(d, std::numeric_limits<float>::max());  // steps until a lane leaves the grid
     for (int axis = 0; axis < 3; ++axis) {
       const float per_step = float(towards[axis] * ds);
-      p[axis] = m_paths[size_t(grid)].at(axis, t);
+      p[axis] = m_paths[size_t(grid)].at(axis, v, t);
       step[axis] = hn::Set(d, per_step);
       if (per_step == 0.0f) continue;
       const V exit = hn::Set(d, float(per_step > 0.0f ? scene.bounds.max[axis] : scene.bounds.min[axis]));
@@ -337,7 +427,7 @@ class Marcher {
     }
     const float scale = float(scene.extinction * ds);
     const V enough = hn::Set(d, float(m_scene.enough_shadow) / scale);
-    const int count = int(std::min(hn::GetLane(hn::MaxOfLanes(d, most)), 1e7f)) + 1;
+    const int count = int(std::clamp(hn::GetLane(hn::MaxOfLanes(d, most)), 0.0f, 1e7f)) + 1;
     V sum = hn::Zero(d);
     int k = 0;
     for (; k < count; ++k) {
@@ -351,133 +441,93 @@ class Marcher {
     return hn::Mul(sum, hn::Set(d, scale));
   }
 
-  HWY_INLINE V response_of(int grid, int light, V tau) const {
+  HWY_INLINE V response_of(int grid, int light, size_t v, V tau) const {
     const D d;
-    const float* weights = m_job->weights + (size_t(grid) * size_t(lights()) + size_t(light)) * kMostTerms;
+    const PacketFloats* weights =
+        m_weights.data() + (size_t(grid) * size_t(lights()) + size_t(light)) * kTermsKept;
     if constexpr (kPlain) {
-      return hn::Mul(hn::Set(d, weights[0]), simd_transmittance(d, tau));
+      return hn::Mul(weights[0].get(v), simd_transmittance(d, tau));
     } else {
       const MarchGrid& terms = m_scene.grids[size_t(grid)];
       V sum = hn::Zero(d);
       for (int k = 0; k < terms.terms; ++k) {
         const V extinction = hn::Set(d, terms.term_extinction[size_t(k)]);
-        sum = hn::MulAdd(hn::Set(d, weights[k]), simd_transmittance(d, hn::Mul(extinction, tau)), sum);
+        sum = hn::MulAdd(weights[k].get(v), simd_transmittance(d, hn::Mul(extinction, tau)), sum);
       }
       return sum;
     }
   }
 
-  /// Transmittance in front of each lane. Over a vector the product of floats is good to a few ulp; from
-  /// vector to vector it goes on in double (METHODS §1.4).
-  HWY_INLINE V transmittance_before(V opacity, const float* t, const float* dt) {
-    const D d;
-    const V passed = m_lanes.rotate(m_lanes.running_product(hn::Sub(hn::Set(d, 1.0f), opacity)), 0);
-    const V before = hn::Mul(hn::Set(d, float(m_transmittance)), m_lanes.shift(passed, hn::Set(d, 1.0f), 0));
-    const double after = m_transmittance * double(hn::GetLane(passed));
-    if (m_transmittance >= 0.5 && after < 0.5) find_half(before, opacity, t, dt);
-    m_transmittance = after;
-    return before;
-  }
+  /// Depths of one ray; only where a picture shows them.
+  struct Depths {
+    Segment first{0.0, std::numeric_limits<double>::infinity()};  ///< see MarchResult; t from m_base
+    double half = std::numeric_limits<double>::infinity();
+  };
 
-  /// Inside its step the density is taken as constant.
-  void find_half(V before, V opacity, const float* t, const float* dt) {
+  void note_depths(size_t v, V t, V dt, V rho, V tau, V before, V after) {
     const D d;
-    alignas(64) float passed[kLanes], stopped[kLanes];
-    hn::Store(before, d, passed);
-    hn::Store(opacity, d, stopped);
-    size_t i = kLanes - 1;
-    while (i > 0 && passed[i] < 0.5f) --i;
-    const double depth = -std::log1p(-double(stopped[i])), wanted = std::log(2.0 * double(passed[i]));
-    const double share = depth > 0.0 ? std::clamp(wanted / depth, 0.0, 1.0) : 0.5;
-    m_z_half = m_t_base + double(t[i]) + (share - 0.5) * double(dt[i]);
-  }
-
-  /// Looks for the first density on the ray, between two samples.
-  void find_first(V rho, const float* t) {
-    alignas(64) float rhos[kLanes];
-    hn::Store(rho, D(), rhos);
+    alignas(64) float ts[kLanes], dts[kLanes], rhos[kLanes], taus[kLanes], befores[kLanes], afters[kLanes];
+    hn::Store(t, d, ts), hn::Store(dt, d, dts), hn::Store(rho, d, rhos), hn::Store(tau, d, taus);
+    hn::Store(before, d, befores), hn::Store(after, d, afters);
     for (size_t i = 0; i < kLanes; ++i) {
-      const double here = m_t_base + double(t[i]);
-      if (rhos[i] > 0.0f) {
-        m_first.t1 = here;
-        m_has_met = true;
-        return;
+      Depths& depths = m_depths[v * kLanes + i];
+      if (!std::isfinite(depths.first.t1))
+        (rhos[i] > 0.0f ? depths.first.t1 : depths.first.t0) = double(ts[i]);
+      if (befores[i] >= 0.5f && afters[i] < 0.5f && !std::isfinite(depths.half)) {
+        // Inside its step the density is taken as constant.
+        const double share = std::clamp(std::log(2.0 * double(befores[i])) / double(taus[i]), 0.0, 1.0);
+        depths.half = double(ts[i]) + (share - 0.5) * double(dts[i]);
       }
-      m_first.t0 = here;
     }
   }
 
-  /// The error of the midpoint rule is h^2/24 of the second derivative: differences of neighbouring samples
-  /// measure it, in the lit density and, for the effect of a wrong optical depth on what lies behind, in the
-  /// density. Errors of different steps are added like independent ones.
-  HWY_INLINE void add_error(V lit, V sigma, V bright, V weight) {
-    const D d;
-    const V brightest = hn::Max(bright, hn::Set(d, float(m_job->behind)));
-    const V e_lit = second_difference(m_lit, lit), e_sigma = second_difference(m_sigma, sigma);
-    const V e = hn::Mul(m_weight.push(m_lanes, weight),
-                        hn::MulAdd(m_bright.push(m_lanes, brightest), e_sigma, e_lit));
-    hn::Store(hn::MulAdd(e, e, hn::Load(d, m_error2)), d, m_error2);
+  void finish(std::span<MarchResult> results, double* sums) {
+    if (m_is_inside) leave_medium();
+    for (size_t i = 0; i < results.size(); ++i) {
+      MarchResult& result = results[i];
+      result = {};
+      result.tau = m_tau.of(i);
+      result.error = std::sqrt(double(m_error2.of[i])) / 24.0;
+      result.first = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+      result.z_half = result.first.t1;
+      if (m_scene.wants_depth) tell_depths(m_depths[i], result);
+      result.samples = m_samples;
+      result.lookups = m_scene.shadow_step > 0.0 ? m_lookups / kPacketRays : m_samples * uint64_t(lights());
+      result.leaps = m_leaps;
+      double* const own = sums + i * m_sums.size();
+      for (size_t n = 0; n < m_sums.size(); ++n) own[n] = double(m_sums[n].of[i]);
+      // A grid alone scatters all that does not pass.
+      if constexpr (kGrids == 1) own[0] = opacity_from_tau(result.tau) / m_scene.grids[0].extinction;
+    }
   }
 
-  /// Of the sample before each lane and its two neighbours.
-  HWY_INLINE V second_difference(SampleHistory& history, V now) const {
-    V middle, first;
-    history.push(m_lanes, now, middle, first);
-    return hn::Abs(hn::Sub(hn::Add(first, now), hn::Add(middle, middle)));
+  void tell_depths(const Depths& depths, MarchResult& result) const {
+    if (std::isfinite(depths.first.t1)) result.first = {m_base + depths.first.t0, m_base + depths.first.t1};
+    result.z_half = m_base + depths.half;
   }
-
-  void finish(MarchResult& result, double* sums) {
-    if (m_queued > 0) composite_rest();
-    result.tau = double(sum_of(m_tau));
-    result.transmittance = m_transmittance;
-    result.error = std::sqrt(double(sum_of(m_error2))) / 24.0;
-    result.first = m_first;
-    result.z_half = m_z_half;
-    result.samples = m_samples;
-    result.lookups = m_scene.shadow_step > 0.0 ? m_lookups : m_samples * uint64_t(lights());
-    result.leaps = m_leaps;
-    const size_t count = m_grids.size() * sums_per_grid(m_scene);
-    for (size_t i = 0; i < count; ++i) sums[i] = double(sum_of(m_accumulators.data() + i * kLanes));
-    // A grid alone scatters all that does not pass.
-    if constexpr (kGrids == 1) sums[0] = opacity_from_tau(result.tau) / m_scene.grids[0].extinction;
-  }
-
-  /// The last samples, with steps of length 0 behind them.
-  void composite_rest() {
-    for (size_t i = m_queued; i < kLanes; ++i) m_t[i] = m_t[m_queued - 1], m_dt[i] = 0.0f;
-    composite(m_t, m_dt);
-    m_samples += m_queued;
-    m_queued = 0;
-  }
-
-  static float sum_of(const float* lanes) {
-    const D d;
-    return hn::GetLane(hn::SumOfLanes(d, hn::LoadU(d, lanes)));
-  }
-
-  static constexpr size_t kQueue = 256;
 
   const MarchScene& m_scene;
   std::vector<GridReader> m_grids;
   std::vector<LatticeReader> m_lattices;
-  std::vector<LinePath> m_paths, m_sun_paths;
-  std::vector<float> m_extinctions;   ///< of each grid [1/m]
-  std::vector<float> m_rhos;          ///< [grid][lane]: densities of the present vector
-  std::vector<float> m_accumulators;  ///< [grid][sum][lane]
-  std::vector<GridWalk> m_walks;      ///< of the present ray, one per grid
-  std::vector<double> m_light_scales;
-  const MarchRay* m_job = nullptr;
-  bool m_is_placed = false;
-  double m_t_base = 0.0, m_transmittance = 1.0, m_z_half = 0.0;
-  Segment m_first;         ///< see MarchResult
-  bool m_has_met = false;  ///< some density
-  float m_height0 = 0.0f, m_height1 = 0.0f;
-  size_t m_queued = 0;
+  std::vector<float> m_extinctions;  ///< of each grid [1/m]
+
+  // The present packet. t of the floats counts from m_base.
+  std::span<const MarchRay> m_rays;
+  std::vector<Ray> m_locals;      ///< [grid][ray]
+  std::vector<GridBeam> m_beams;  ///< one per grid
+  std::vector<PacketPath> m_paths, m_sun_paths;
+  std::vector<PacketFloats> m_weights;  ///< [grid][light][term]
+  std::vector<PacketFloats> m_sums;     ///< [grid][sum]
+  std::vector<PacketFloats> m_rhos;     ///< [grid]: densities of the present samples
+  double m_base = 0.0, m_finest = 0.0, m_latest_start = 0.0, m_earliest_end = 0.0;
+  double m_quality = 0.0, m_brightest = 0.0;
+  bool m_is_inside = false;  ///< the last slab was not empty
+  bool m_is_cut = false;     ///< some ray begins or ends in the present slab
   uint64_t m_samples = 0, m_lookups = 0, m_leaps = 0;
-  alignas(64) float m_tau[kLanes], m_error2[kLanes];
-  alignas(64) float m_t[kQueue + kLanes], m_dt[kQueue + kLanes];
-  LaneShifter m_lanes;
-  SampleHistory m_lit, m_sigma, m_bright, m_weight;
+  PacketFloats m_start, m_end, m_behind, m_stop, m_height0, m_height1, m_passed, m_error2;
+  CompensatedFloats m_tau;
+  History m_history;
+  std::array<Depths, kPacketRays> m_depths;
 };
 
 }  // namespace pileus::HWY_NAMESPACE

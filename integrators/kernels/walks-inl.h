@@ -1,4 +1,4 @@
-// Where rays go: boxes, beams of rays, and the stretches of a grid along a ray.
+// Where rays go: boxes, beams of rays, and what a beam meets of a grid.
 // Per-target include guard, as Highway needs it.
 #if defined(PILEUS_INTEGRATORS_KERNELS_WALKS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PILEUS_INTEGRATORS_KERNELS_WALKS_INL_H
@@ -14,6 +14,7 @@
 #include "hwy/highway.h"
 
 #include "integrators/kernels/march_kernel.h"
+#include "lib/math/beam.h"
 #include "lib/volume/node_walker.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -34,75 +35,92 @@ inline Segment clip_to_bounds(const Box3d& box, const Ray& ray, Segment segment)
   return segment;
 }
 
-inline Ray local_ray(const MarchGrid& grid, const Ray& ray) {
-  return {grid.local_from_world.point(ray.o), grid.local_from_world.direction(ray.d)};
-}
-
-/// All rays of a tile at once: intervals that hold their origins and directions.
-class Beam {
+/// The rays of a packet as one, seen from a grid.
+class GridBeam {
  public:
-  Beam(const MarchGrid& grid, std::span<const MarchRay> rays) {
-    for (const MarchRay& job : rays) {
-      const Ray ray = local_ray(grid, job.ray);
-      m_o.extendBy(ray.o);
-      m_d.extendBy(ray.d);
+  /// Also fills `locals`, ray by ray; it must outlive the beam.
+  GridBeam(const MarchGrid& grid, std::span<const MarchRay> rays, std::span<Ray> locals)
+      : m_pyramid(grid.pyramid), m_bounds(grid.bounds), m_rays(locals.first(rays.size())) {
+    double longest2 = 0.0;
+    for (size_t i = 0; i < rays.size(); ++i) {
+      const Ray& ray = rays[i].ray;
+      const bool has_new_origin = i == 0 || ray.o != rays[i - 1].ray.o;
+      locals[i].o = has_new_origin ? grid.local_from_world.point(ray.o) : locals[i - 1].o;
+      locals[i].d = grid.local_from_world.direction(ray.d);
+      if (has_new_origin) m_beam.o.extendBy(locals[i].o);
+      m_beam.d.extendBy(locals[i].d);
+      longest2 = std::max(longest2, dot(locals[i].d, locals[i].d));
     }
+    m_voxel = 1.0 / std::sqrt(longest2);
   }
 
-  /// True where no ray can meet the box: interval arithmetic on the slabs. Axes along which rays go either
-  /// way say nothing.
-  bool misses(const Box3d& box) const {
-    double enter = 0.0, leave = std::numeric_limits<double>::infinity();
+  /// Where rays may be in the grid's bounds.
+  Segment inside() const {
+    const Segment inside = m_beam.inside(m_bounds);
+    // Rays that part as they go leave the box long before their intervals do.
+    return inside.empty() || inside.length() <= 2.0 * length(m_bounds.size()) * m_voxel ? inside
+                                                                                        : hull_of_rays();
+  }
+
+  /// Length along the rays in which none moves by more than a voxel's edge [m].
+  double voxel() const { return m_voxel; }
+
+  /// Range of the densities that rays can meet between t0 and t1, from nodes about as large as the beam is
+  /// wide there.
+  ValueRange range(double t0, double t1) const {
+    const Box3d box = m_beam.box(t0, t1);
+    double extent = 0.0;
     for (int axis = 0; axis < 3; ++axis) {
-      if (!(m_d.min[axis] > 0.0 || m_d.max[axis] < 0.0)) continue;
-      const bool is_up = m_d.min[axis] > 0.0;
-      const double near = is_up ? box.min[axis] - m_o.max[axis] : m_o.min[axis] - box.max[axis];
-      const double far = is_up ? box.max[axis] - m_o.min[axis] : m_o.max[axis] - box.min[axis];
-      const double slowest = is_up ? m_d.min[axis] : -m_d.max[axis],
-                   fastest = is_up ? m_d.max[axis] : -m_d.min[axis];
-      if (far < 0.0) return true;
-      enter = std::max(enter, near / fastest);
-      leave = std::min(leave, far / slowest);
+      if (!(box.max[axis] > m_bounds.min[axis]) || !(box.min[axis] < m_bounds.max[axis])) return {};
+      extent = std::max(extent, box.max[axis] - box.min[axis]);
     }
-    return enter > leave * (1.0 + 1e-12);
+    constexpr double kNodesAcross = 2.0;
+    const size_t top = m_pyramid->levels().size() - 1;
+    size_t level = 0;
+    while (level < top && extent > kNodesAcross * double(8 << level)) ++level;
+    return range_of_nodes(box, level);
   }
+
+  const ValueRange& whole() const { return m_pyramid->levels().back().ranges[0]; }  ///< of the grid
 
  private:
-  Box3d m_o, m_d;
-};
-
-/// The stretches of one grid along a ray.
-class GridWalk {
- public:
-  /// ray: local; segment: inside the grid's bounds
-  GridWalk(const MarchGrid& grid, const Ray& ray, const Segment& segment)
-      : m_walker(*grid.pyramid, ray, segment),
-        m_whole(grid.pyramid->levels().back().ranges[0]),
-        m_extinction(grid.extinction),
-        m_voxel(1.0 / length(ray.d)) {
-    if (!segment.empty()) now.t0 = now.t1 = segment.t0;
-  }
-
-  bool next() { return m_walker.next(now); }
-
-  /// Moves on to the stretch that ends behind t, or to infinity.
-  void pass(double t) {
-    while (now.t1 <= t) {
-      if (!next()) now.t0 = now.t1 = std::numeric_limits<double>::infinity();
+  Segment hull_of_rays() const {
+    constexpr double kInfinity = std::numeric_limits<double>::infinity();
+    Segment hull{kInfinity, 0.0};
+    for (const Ray& ray : m_rays) {
+      const Segment inside = clip_to_bounds(m_bounds, ray, {0.0, kInfinity});
+      if (inside.empty()) continue;
+      hull = {std::min(hull.t0, inside.t0), std::max(hull.t1, inside.t1)};
     }
+    return hull;
   }
 
-  const ValueRange& whole() const { return m_whole; }  ///< of the grid
-  double extinction() const { return m_extinction; }
-  double voxel() const { return m_voxel; }  ///< length of a voxel's edge along the ray [m]
+  ValueRange range_of_nodes(const Box3d& box, size_t level) const {
+    const BrickPyramid::Level& nodes = m_pyramid->levels()[level];
+    const int shift = 3 + int(level);
+    int lo[3], hi[3];
+    for (int axis = 0; axis < 3; ++axis) {
+      // NaN becomes 0.
+      const double most = double(nodes.nodes[axis] << shift) - 1.0;
+      lo[axis] = int(std::max(0.0, std::min(box.min[axis], most))) >> shift;
+      hi[axis] = int(std::max(0.0, std::min(box.max[axis], most))) >> shift;
+    }
+    ValueRange range{std::numeric_limits<float>::max(), 0.0f};
+    for (int x = lo[0]; x <= hi[0]; ++x) {
+      for (int y = lo[1]; y <= hi[1]; ++y) {
+        const ValueRange* row =
+            nodes.ranges.data() + (size_t(x) * size_t(nodes.nodes.y) + size_t(y)) * size_t(nodes.nodes.z);
+        for (int z = lo[2]; z <= hi[2]; ++z) range.include(row[z]);
+      }
+    }
+    return range;
+  }
 
-  NodeWalker::Stretch now{
-      std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), {}};
-
- private:
-  NodeWalker m_walker;
-  ValueRange m_whole;
-  double m_extinction, m_voxel;
+  const BrickPyramid* m_pyramid;
+  Box3d m_bounds;               ///< of what is not 0, local
+  std::span<const Ray> m_rays;  ///< local
+  Beam m_beam;                  ///< local
+  double m_voxel;
 };
 
 }  // namespace pileus::HWY_NAMESPACE

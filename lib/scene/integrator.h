@@ -52,8 +52,13 @@ class Tracer {
   /// What was chosen for this scene and why, in sentences for people.
   virtual std::vector<std::string> choices() const { return {}; }
 
+  /// True where rays are traced in step in packets of sixteen: a result may then depend on the other rays of
+  /// its packet. trace() gets all pixels of each square of 4 x 4 in a row, so that packets are the same in
+  /// every part of the picture that is rendered.
+  virtual bool traces_packets() const { return false; }
+
   /// Fills results[i] for rays[i], which are neighbours in Morton order. The result of a ray does not depend
-  /// on the rays beside it.
+  /// on the rays beside it, except in packets.
   virtual void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const = 0;
 };
 

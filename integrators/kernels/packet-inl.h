@@ -1,0 +1,68 @@
+// Rays as lanes: what a packet keeps of each.
+// Per-target include guard, as Highway needs it.
+#if defined(PILEUS_INTEGRATORS_KERNELS_PACKET_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PILEUS_INTEGRATORS_KERNELS_PACKET_INL_H
+#undef PILEUS_INTEGRATORS_KERNELS_PACKET_INL_H
+#else
+#define PILEUS_INTEGRATORS_KERNELS_PACKET_INL_H
+#endif
+
+#include <cstdint>
+
+#include "hwy/highway.h"
+
+#include "integrators/kernels/readers-inl.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace pileus::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+static_assert(kPacketRays % kLanes == 0);
+constexpr size_t kVectors = kPacketRays / kLanes;  ///< of a packet
+
+/// A number per ray of a packet.
+struct alignas(64) PacketFloats {
+  float of[kPacketRays];
+
+  HWY_INLINE V get(size_t vector) const { return hn::Load(D(), of + vector * kLanes); }
+  HWY_INLINE void set(size_t vector, V value) { hn::Store(value, D(), of + vector * kLanes); }
+  void fill(float value) { std::fill_n(of, kPacketRays, value); }
+};
+
+/// Sums of many floats without the drift of a plain sum (METHODS §1.4): what each addition loses is kept.
+struct CompensatedFloats {
+  PacketFloats sum, lost;
+
+  void reset() {
+    sum.fill(0.0f);
+    lost.fill(0.0f);
+  }
+  HWY_INLINE void add(size_t vector, V value) {
+    const V before = sum.get(vector), after = hn::Add(before, value), added = hn::Sub(after, before);
+    const V error = hn::Add(hn::Sub(before, hn::Sub(after, added)), hn::Sub(value, added));
+    sum.set(vector, after);
+    lost.set(vector, hn::Add(lost.get(vector), error));
+  }
+  HWY_INLINE V get(size_t vector) const { return hn::Add(sum.get(vector), lost.get(vector)); }
+  double of(size_t ray) const { return double(sum.of[ray]) + double(lost.of[ray]); }
+};
+
+/// The rays of a packet in some space: o + t * d.
+struct PacketPath {
+  PacketFloats o[3], d[3];
+
+  void set(size_t ray, const Vec3d& origin, const Vec3d& direction) {
+    for (int axis = 0; axis < 3; ++axis) {
+      o[axis].of[ray] = float(origin[axis]);
+      d[axis].of[ray] = float(direction[axis]);
+    }
+  }
+  HWY_INLINE V at(int axis, size_t vector, V t) const {
+    return hn::MulAdd(t, d[axis].get(vector), o[axis].get(vector));
+  }
+};
+
+}  // namespace pileus::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
