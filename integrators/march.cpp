@@ -126,7 +126,7 @@ class MarchTracer final : public Tracer {
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     if (rays.empty()) return;
     if (!m_plan.surfaces && !m_enclosed && misses_media(rays)) return show_background(rays, results);
-    Packet packet(rays, m_march);
+    Packet packet(rays, m_march, m_plan.surfaces);
     TraceCounters tile;
     for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i, tile);
     march(packet);
@@ -143,11 +143,11 @@ class MarchTracer final : public Tracer {
  private:
   /// The rays of one call and what becomes of them.
   struct Packet {
-    Packet(std::span<const Ray> all, const MarchWorld& march)
+    Packet(std::span<const Ray> all, const MarchWorld& march, bool has_surfaces)
         : rays(all),
           jobs(all.size()),
           marched(all.size()),
-          hits(all.size()),
+          hits(has_surfaces ? all.size() : 0),
           behind(all.size()),
           stride(march.kernel.grids.size() * sums_per_grid(march.kernel)),
           sums(all.size() * stride) {
@@ -169,7 +169,7 @@ class MarchTracer final : public Tracer {
     std::span<const Ray> rays;
     std::vector<MarchRay> jobs;
     std::vector<MarchResult> marched;
-    std::vector<std::optional<WorldHit>> hits;
+    std::vector<std::optional<WorldHit>> hits;  ///< none where there are no surfaces
     std::vector<Rgb> behind;  ///< radiance from the end of each ray
     size_t stride;
     std::vector<double> sums;
@@ -238,7 +238,7 @@ class MarchTracer final : public Tracer {
     std::vector<RayResult> results(rays.size());
     parallel_for((rays.size() + kRaysPerTask - 1) / kRaysPerTask, [&](size_t task) {
       const size_t first = task * kRaysPerTask, count = std::min(kRaysPerTask, rays.size() - first);
-      Packet packet(rays.subspan(first, count), m_march);
+      Packet packet(rays.subspan(first, count), m_march, m_plan.surfaces);
       TraceCounters counters;
       for (size_t i = 0; i < count; ++i) {
         prepare_ray(packet, i, counters);
@@ -256,12 +256,13 @@ class MarchTracer final : public Tracer {
     MarchRay& job = packet.jobs[i];
     job.ray = ray;
     job.segment = {0.0, std::numeric_limits<double>::infinity()};
+    std::optional<WorldHit> hit;
     if (m_plan.surfaces) {
-      packet.hits[i] = nearest_surface(m_world, ray, job.segment);
-      if (packet.hits[i]) job.segment.t1 = packet.hits[i]->t;
+      hit = packet.hits[i] = nearest_surface(m_world, ray, job.segment);
+      if (hit) job.segment.t1 = hit->t;
     }
     packet.behind[i] =
-        radiance_at_end(m_world, m_plan, ray, packet.hits[i], tile, [&](const Ray& shadow, Segment segment) {
+        radiance_at_end(m_world, m_plan, ray, hit, tile, [&](const Ray& shadow, Segment segment) {
           double tau = 0.0;
           for (const WorldMedium& medium : m_world.media) {
             tau += medium.extinction * medium.density->column(shadow, segment, kOpaque, tile.shadow);
@@ -353,10 +354,11 @@ class MarchTracer final : public Tracer {
     const double passed = transmittance(marched.tau);
     RayResult result;
     result.radiance = m_march.radiance(packet.sums.data() + i * packet.stride) + passed * packet.behind[i];
-    result.transmittance = packet.hits[i] ? 0.0 : passed;
+    result.transmittance = passed;
     result.z_first = z_first(packet.rays[i], marched.first);
     result.z_half = marched.z_half;
-    if (packet.hits[i]) {
+    if (m_plan.surfaces && packet.hits[i]) {
+      result.transmittance = 0.0;
       result.z_first = std::min(result.z_first, packet.hits[i]->t);
       result.z_half = std::min(result.z_half, packet.hits[i]->t);
     }

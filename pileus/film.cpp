@@ -67,7 +67,7 @@ void Film::set_pixel(int x, int y, std::span<const RayResult> rays) {
     set(m_z_half, pixel, z_half);
     set(m_samples, pixel, samples);
     set(m_error, pixel, error);
-    set(m_bound, pixel, bound_in_floats(bound, radiance));
+    if (m_bound >= 0) set(m_bound, pixel, bound_in_floats(bound, radiance));
   }
   m_errors[pixel] = float(error);
 }

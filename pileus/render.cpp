@@ -86,6 +86,7 @@ class Pass {
     std::vector<RayResult> results;
     const std::vector<Vec2i> pixels =
         m_tracer->traces_packets() ? tiles.pixels_of_blocks(index) : tiles.pixels(index);
+    rays.reserve(pixels.size() * size_t(m_scene.render.pixel_samples * m_scene.render.pixel_samples));
     for (const Vec2i& pixel : pixels) append_rays(pixel, m_scene.render.pixel_samples, rays);
     results.resize(rays.size());
     trace(rays, results, tile_counters, must_stop);

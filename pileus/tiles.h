@@ -37,6 +37,7 @@ class TileGrid {
   /// The same, with all pixels of each block of kBlock x kBlock that has one of them: some lie outside.
   std::vector<Vec2i> pixels_of_blocks(size_t tile) const {
     std::vector<Vec2i> result;
+    result.reserve(size_t(kSize) * kSize);
     bool has_some = false;
     for_pixels(tile, [&](const Vec2i& pixel) {
       has_some |= contains(pixel);
