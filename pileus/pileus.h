@@ -53,7 +53,8 @@ struct RenderReport {
   double coarseness = 1.0;  ///< > 1 where a time limit made the render coarser
   int threads = 0;
   std::map<std::string, double>
-      seconds;  ///< wall time by stage ("load", "build", "render", "write"), "wall", "cpu"
+      seconds;  ///< wall time by stage ("load", "build", "render", "write"), "wall", "cpu"; of "render"
+                ///< "trace": the rays alone, without what was prepared for them
   uint64_t peak_memory_bytes = 0;
   uint64_t pixels = 0, rays = 0;
   Counters counters;

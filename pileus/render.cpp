@@ -62,6 +62,7 @@ class Pass {
   /// Renders the tiles that are not done yet. Returns false where it was stopped: `tiles` then says what is
   /// done.
   bool run(const std::function<bool()>& must_stop) {
+    const Clock::time_point start = Clock::now();
     try {
       parallel_for(tiles.count(), [&](size_t index) {
         if (tiles.is_done(index)) return;
@@ -70,6 +71,7 @@ class Pass {
     } catch (const PassStopped&) {
       return false;
     }
+    seconds = seconds_since(start);
     return true;
   }
 
@@ -78,6 +80,7 @@ class Pass {
   Film film;
   TileGrid tiles;
   Counters counters;
+  double seconds = 0.0;  ///< that all tiles took, without what was prepared for them
 
  private:
   void render_tile(size_t index, const std::function<bool()>& must_stop) {
@@ -317,6 +320,7 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
     report.mean_error_bound = pass->film.mean_bound();
     rendering.image = std::move(pass->film.image());
     report.seconds["render"] = seconds_since(render_start);
+    report.seconds["trace"] = pass->seconds;
   });
 
   describe_in_header(scene, crop, rendering.image);
