@@ -17,10 +17,12 @@
 #include <ImfOutputFile.h>
 #include <ImfStdIO.h>
 #include <ImfStringAttribute.h>
+#include <ImfThreading.h>
 #include <half.h>
 
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
+#include "lib/core/parallel.h"
 #include "lib/image/image_limits.h"
 
 namespace pileus {
@@ -119,10 +121,13 @@ EncodedChannels encode_channels(const Image& image, const ExrOptions& options, I
 
 /// OpenEXR writes its table of offsets from a destructor, which swallows errors; the stream remembers them.
 void write_pixels(const fs::path& path, const Imf::Header& header, const Imf::FrameBuffer& frame) {
+  // Blocks are compressed side by side; the file is the same for any number of threads.
+  const int threads = thread_count() > 1 ? thread_count() : 0;
+  if (Imf::globalThreadCount() < threads) Imf::setGlobalThreadCount(threads);
   std::ofstream file(path, std::ios::binary);
   {
     Imf::StdOFStream stream(file, path.c_str());
-    Imf::OutputFile output(stream, header);
+    Imf::OutputFile output(stream, header, threads);
     output.setFrameBuffer(frame);
     output.writePixels(header.dataWindow().size().y + 1);
   }
