@@ -3,11 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "integrators/lighting.h"
 #include "lib/core/build_features.h"
-#include "lib/math/box.h"
 
 namespace pileus {
 namespace {
@@ -174,24 +172,6 @@ double MarchWorld::exact_depth(size_t light, const Vec3d& p_world, FieldCounters
     if (!(medium.extinction > 0.0)) continue;
     tau +=
         medium.extinction * medium.density->column({p_world, m_suns[light].wi}, {0.0, kAll}, kAll, counters);
-  }
-  return tau;
-}
-
-double MarchWorld::stepped_depth(size_t light, const Vec3d& p_world, double step) const {
-  double tau = 0.0;
-  std::vector<double> rho;
-  FieldCounters counters;
-  for (const WorldMedium& medium : m_world.media) {
-    if (!(medium.extinction > 0.0)) continue;
-    const Ray ray{p_world, m_suns[light].wi};
-    const double dt = step / length(medium.density->index_from_world().direction(ray.d));
-    const Segment inside =
-        clip_to_box(ray, {0.0, std::numeric_limits<double>::infinity()}, medium.density->bounds());
-    if (inside.empty()) continue;
-    rho.resize(size_t(inside.t1 / dt) + 1);
-    medium.density->sample(ray, 0.5 * dt, dt, rho, counters);
-    tau += medium.extinction * dt * std::accumulate(rho.begin(), rho.end(), 0.0);
   }
   return tau;
 }

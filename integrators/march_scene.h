@@ -59,9 +59,6 @@ class MarchWorld {
   /// Optical depth of all media from a point towards a light, exactly.
   double exact_depth(size_t light, const Vec3d& p_world, FieldCounters& counters) const;
 
-  /// The same by equal steps of about `step` cells, as the kernel's shadow rays take them.
-  double stepped_depth(size_t light, const Vec3d& p_world, double step) const;
-
  private:
   void add_grid(const WorldMedium& medium);
   void place_grid(size_t grid);

@@ -1,42 +1,59 @@
 #include "integrators/sun_lattice.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
 
+#include "integrators/kernels/sun_kernel.h"
 #include "lib/core/parallel.h"
 #include "lib/math/trilinear.h"
 
 namespace pileus {
 namespace {
 
+constexpr int kCells = SunLattice::kBrickCells;
+
 /// The frame of a lattice in the grid's local space.
-SunSweep frame_of(const MarchGrid& grid, const Vec3d& wi_world, double spacing) {
+struct Frame {
+  SunSweep sweep;
+  double bricks[3] = {0.0, 0.0, 0.0};  ///< along u, v, w; as many as asked for, however many
+};
+
+Frame frame_of(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOptions& options) {
   const Vec3d towards = grid.local_from_world.direction(wi_world);
+  const auto [across, along] = options.spacing;
   int axis = 0;
   for (int k = 1; k < 3; ++k) {
     if (std::abs(towards[k]) > std::abs(towards[axis])) axis = k;
   }
-  SunSweep sweep;
+  Frame frame;
+  SunSweep& sweep = frame.sweep;
   sweep.grid = &grid;
-  sweep.ew = towards * (spacing / std::abs(towards[axis]));
-  sweep.length = spacing / std::abs(towards[axis]);
-  sweep.steps = std::max(1, int(0.75 * spacing + 0.25));
+  sweep.ew = towards * (along / std::abs(towards[axis]));
+  sweep.length = along / std::abs(towards[axis]);
+  sweep.steps = std::max(1, int(length(sweep.ew) / across + 0.5));
+  sweep.enough = std::min(options.enough, SunLattice::kDeepest);
+  sweep.is_everywhere = options.is_everywhere;
+  const auto bricks = [](double cells) { return std::ceil(cells / kCells); };
   const Box3d& box = grid.bounds;
-  const double slices = std::max(1.0, std::ceil((box.max[axis] - box.min[axis]) / spacing));
-  sweep.size.z = int(slices) + 1;
+  const double slices = std::max(1.0, std::ceil((box.max[axis] - box.min[axis]) / along));
+  frame.bricks[2] = bricks(slices + 1.0);
   sweep.origin[axis] = towards[axis] > 0.0 ? box.min[axis] : box.max[axis];
-  Vec3d* const across[2] = {&sweep.eu, &sweep.ev};
-  int* const count[2] = {&sweep.size.x, &sweep.size.y};
+  // Neighbouring lines lie where the grid's values are neighbours.
+  sweep.lane_axis = axis == 2 ? 1 : 2;
+  const int axes[2] = {3 - axis - sweep.lane_axis, sweep.lane_axis};
+  Vec3d* const edges[2] = {&sweep.eu, &sweep.ev};
   for (int i = 0; i < 2; ++i) {
-    const int k = (axis + 1 + i) % 3;
+    const int k = axes[i];
     const double shift = slices * sweep.ew[k];  // how far lines move across the box
     const double lo = box.min[k] - std::max(0.0, shift), hi = box.max[k] - std::min(0.0, shift);
-    *across[i] = Vec3d(0.0);
-    (*across[i])[k] = spacing;
-    sweep.origin[k] = lo - spacing;  // a line of zeros on either side
-    *count[i] = int(std::ceil((hi - lo) / spacing)) + 3;
+    *edges[i] = Vec3d(0.0);
+    (*edges[i])[k] = across;
+    sweep.origin[k] = lo - across;  // a line of zeros on either side
+    frame.bricks[i] = bricks(std::ceil((hi - lo) / across) + 2.0);
   }
-  return sweep;
+  return frame;
 }
 
 Affine lattice_from_local(const SunSweep& frame) {
@@ -45,59 +62,82 @@ Affine lattice_from_local(const SunSweep& frame) {
       .inverse();
 }
 
-/// Copies a row of lines, [v][w], and balances it: linear interpolation lies above a convex function by
-/// h^2/12 of its second derivative on average. Node values lowered by as much, as their second differences
-/// tell it, leave errors of changing sign, which cancel along a view ray (Blu, Thevenaz, Unser 2004). What
-/// light meets at the edge of a cloud then becomes slightly negative: transmittance takes that as it is. More
-/// than slightly is the sign of a lattice too coarse to be corrected, and would brighten: there is a floor.
-///   before, after: the rows beside it; the row itself at the lattice's ends, where lines are zeros
-void balance_row(const Vec3i& size, const float* before, const float* row, const float* after,
-                 float* balanced) {
-  constexpr float kMostLowered = 0.1f;
-  const ptrdiff_t line = size.z;
-  for (ptrdiff_t v = 0; v < size.y; ++v) {
-    const ptrdiff_t at = v * line, lower = v == 0 ? 0 : -line, upper = v == size.y - 1 ? 0 : line;
-    for (ptrdiff_t w = 0; w < line; ++w) {
-      const ptrdiff_t i = at + w, back = w == 0 ? 0 : -1, on = w == line - 1 ? 0 : 1;
-      const float across = (before[i] + after[i]) + (row[i + lower] + row[i + upper]) - 4.0f * row[i];
-      const float along = back != 0 && on != 0 ? row[i - 1] + row[i + 1] - 2.0f * row[i] : 0.0f;
-      balanced[i] = std::max(row[i] - (1.0f / 12.0f) * (across + along), -kMostLowered);
-    }
-  }
+double table_size(const Frame& frame) {
+  return frame.bricks[0] * frame.bricks[1] * frame.bricks[2];
 }
 
-/// Fills rows [u0, u1) of a lattice, and for that sweeps their neighbours too.
-void fill_rows(const SunSweep& frame, int u0, int u1, float* tau) {
-  const int first = std::max(u0 - 1, 0), end = std::min(u1 + 1, frame.size.x);
-  const size_t row = size_t(frame.size.y) * size_t(frame.size.z);
-  const auto swept = std::make_unique_for_overwrite<float[]>(size_t(end - first) * row);
-  sweep_sun_rows(frame, first, end, swept.get());
-  for (int u = u0; u < u1; ++u) {
-    const auto at = [&](int index) {
-      return swept.get() + size_t(std::clamp(index, first, end - 1) - first) * row;
-    };
-    balance_row(frame.size, at(u - 1), at(u), at(u + 1), tau + size_t(u) * row);
-  }
+double brick_bytes() {
+  return SunLattice::kPitch * sizeof(uint16_t);
+}
+
+/// Bricks of a lattice that meet one of the grid's that is not empty: those bricks' volume, and a layer of
+/// half a brick around it where they are as scattered as in a ball.
+double bricks_with_density(const MarchGrid& grid, const LatticeOptions& options) {
+  const auto& ranges = grid.pyramid->levels().front().ranges;
+  const double filled =
+      double(std::count_if(ranges.begin(), ranges.end(), [](const ValueRange& r) { return r.hi > 0.0f; }));
+  const double scale[3] = {1.0 / options.spacing.across, 1.0 / options.spacing.across,
+                           1.0 / options.spacing.along};
+  const double edge = std::cbrt(filled);
+  double bricks = 1.0;
+  for (const double s : scale) bricks *= edge * s + 1.0;
+  return filled > 0.0 ? bricks : 0.0;
+}
+
+/// The value of a node (SunLattice).
+float decode_node(uint16_t node) {
+  const int32_t bits = (int32_t(node) << SunLattice::kMantissaShift) + SunLattice::kExponentBias;
+  return std::bit_cast<float>(bits) - SunLattice::kOffset;
+}
+
+uint16_t encode_node(float tau) {
+  constexpr int32_t kHalf = 1 << (SunLattice::kMantissaShift - 1);
+  const int32_t bits = std::bit_cast<int32_t>(tau + SunLattice::kOffset) + kHalf - SunLattice::kExponentBias;
+  return uint16_t(bits >> SunLattice::kMantissaShift);
+}
+
+/// Bricks of a lattice that all sweeps work on at once.
+void sweep_all(const SunSweep& sweep, SunBricks& bricks) {
+  constexpr int kColumnsU = 2, kColumnsV = 7;  // bricks; with the lines beside, 19 by 59 lines
+  const Vec3i& count = bricks.lattice->bricks;
+  const int tasks_u = (count.x + kColumnsU - 1) / kColumnsU, tasks_v = (count.y + kColumnsV - 1) / kColumnsV;
+  parallel_for(size_t(tasks_u) * size_t(tasks_v), [&](size_t task) {
+    const Vec2i first(int(task) / tasks_v * kColumnsU, int(task) % tasks_v * kColumnsV);
+    const Vec2i end(std::min(first.x + kColumnsU, count.x), std::min(first.y + kColumnsV, count.y));
+    sweep_sun_bricks(sweep, first, end, bricks);
+  });
 }
 
 }  // namespace
 
-double sun_lattice_nodes(const MarchGrid& grid, const Vec3d& wi_world, double spacing) {
-  const SunSweep frame = frame_of(grid, wi_world, spacing);
-  return double(frame.size.x) * frame.size.y * frame.size.z;
+double sun_lattice_bytes(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOptions& options) {
+  const double table = table_size(frame_of(grid, wi_world, options));
+  const double bricks = options.is_everywhere ? table : std::min(table, bricks_with_density(grid, options));
+  return table * sizeof(int32_t) + bricks * brick_bytes();
 }
 
-SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, double spacing) {
-  const SunSweep frame = frame_of(grid, wi_world, spacing);
+SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOptions& options,
+                             uint64_t* samples) {
+  constexpr int64_t kShared = 2, kMost = (int64_t(1) << 30) / SunLattice::kPitch;
+  const Frame frame = frame_of(grid, wi_world, options);
+  const SunSweep& sweep = frame.sweep;
   SunLattice lattice;
-  lattice.size = frame.size;
-  lattice.lattice_from_world = lattice_from_local(frame) * grid.local_from_world;
-  lattice.tau = make_large_array<float>(size_t(frame.size.x) * size_t(frame.size.y) * size_t(frame.size.z));
-  constexpr int kRowsPerTask = 8;
-  parallel_for(size_t((frame.size.x + kRowsPerTask - 1) / kRowsPerTask), [&](size_t task) {
-    const int u0 = int(task) * kRowsPerTask;
-    fill_rows(frame, u0, std::min(u0 + kRowsPerTask, frame.size.x), lattice.tau.get());
-  });
+  lattice.lattice_from_world = lattice_from_local(sweep) * grid.local_from_world;
+  const double room = (options.most_bytes - table_size(frame) * sizeof(int32_t)) / brick_bytes();
+  if (!(room >= double(kShared))) return lattice;
+  lattice.bricks = Vec3i(int(frame.bricks[0]), int(frame.bricks[1]), int(frame.bricks[2]));
+  SunBricks bricks;
+  bricks.lattice = &lattice;
+  bricks.next = kShared;
+  bricks.most = std::min({int64_t(room), int64_t(table_size(frame)) + kShared, kMost});
+  lattice.offsets.resize(size_t(table_size(frame)));
+  lattice.nodes = make_large_array<uint16_t>(size_t(bricks.most) * SunLattice::kPitch);
+  std::fill_n(lattice.nodes.get(), SunLattice::kPitch, encode_node(0.0f));
+  std::fill_n(lattice.nodes.get() + SunLattice::kPitch, SunLattice::kPitch, encode_node(sweep.enough));
+  sweep_all(sweep, bricks);
+  if (samples) *samples += bricks.samples;
+  lattice.used = bricks.next;
+  if (lattice.used > bricks.most) return SunLattice();
   return lattice;
 }
 
@@ -105,14 +145,20 @@ double sun_depth(const SunLattice& lattice, const Vec3d& p_world) {
   Vec3d p = lattice.lattice_from_world.point(p_world);
   Vec3i cell;
   for (int axis = 0; axis < 3; ++axis) {
-    p[axis] = std::clamp(p[axis], 0.0, double(lattice.size[axis] - 1));
-    cell[axis] = std::min(int(p[axis]), lattice.size[axis] - 2);
+    const int cells = lattice.bricks[axis] * kCells;
+    p[axis] = std::clamp(p[axis], 0.0, double(cells));
+    cell[axis] = std::min(int(p[axis]), cells - 1);
   }
+  const Vec3i brick = cell / kCells, inside = cell - kCells * brick;
+  const int32_t offset =
+      lattice
+          .offsets[(size_t(brick.x) * size_t(lattice.bricks.y) + size_t(brick.y)) * size_t(lattice.bricks.z) +
+                   size_t(brick.z)];
   std::array<double, 8> corners;
   for (int n = 0; n < 8; ++n) {
-    const size_t u = size_t(cell.x + (n & 1)), v = size_t(cell.y + (n >> 1 & 1)),
-                 w = size_t(cell.z + (n >> 2));
-    corners[size_t(n)] = double(lattice.tau[(u * size_t(lattice.size.y) + v) * size_t(lattice.size.z) + w]);
+    const int u = inside.x + (n & 1), v = inside.y + (n >> 1 & 1), w = inside.z + (n >> 2);
+    const int at = u * SunLattice::kStrideU + v * SunLattice::kStrideV + w * SunLattice::kStrideW;
+    corners[size_t(n)] = double(decode_node(lattice.nodes[size_t(offset + at)]));
   }
   return trilinear(corners, p - Vec3d(cell));
 }

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 #include "integrators/kernels/march_kernel.h"
 
 namespace pileus {
@@ -12,12 +14,27 @@ namespace pileus {
 // shadow a little at each step. A point outside the grid on the dark side reads the end of its line, one
 // beside it the lines of zeros around.
 
-/// Nodes that build_sun_lattice would make.
-double sun_lattice_nodes(const MarchGrid& grid, const Vec3d& wi_world, double spacing);
+/// How far nodes are apart [cells]. Across the light, what all of a column varies adds up; along it the depth
+/// bends only by how the density varies, so that nodes may stand further apart there.
+struct LatticeSpacing {
+  double across = 1.0, along = 1.0;
+};
 
-/// The lattice of a grid for light from wi_world. Uses parallel_for.
-///   spacing: of the nodes [cells]; between nodes lie about three samples per four cells
-SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, double spacing);
+struct LatticeOptions {
+  LatticeSpacing spacing;
+  float enough = SunLattice::kDeepest;  ///< depths beyond this count as this
+  bool is_everywhere = true;            ///< false: only where the grid has a density of its own
+  double most_bytes = 512e6;
+};
+
+/// About how much memory a lattice would take.
+double sun_lattice_bytes(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOptions& options);
+
+/// The lattice of a grid for light from wi_world; one without bricks where it does not fit in its memory.
+/// Uses parallel_for. Samples lie as close along the light as lines do across it.
+///   samples: how many densities were read
+SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOptions& options,
+                             uint64_t* samples = nullptr);
 
 /// The lattice's optical depth at a point: the kernels' interpolation, in double.
 double sun_depth(const SunLattice& lattice, const Vec3d& p_world);

@@ -2,12 +2,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <numeric>
 
 #include <fmt/format.h>
 
+#include "integrators/kernels/sun_kernel.h"
 #include "integrators/sun_lattice.h"
 #include "lib/core/parallel.h"
+#include "lib/math/box.h"
 #include "lib/math/transmittance.h"
 
 namespace pileus {
@@ -15,69 +19,125 @@ namespace {
 
 constexpr int kColumns = 24, kRows = 14;  ///< pilot rays across the picture, at first
 constexpr size_t kEnoughPilots = 32;      ///< that meet a medium
-constexpr int kPointsPerRay = 4;
+constexpr double kPilotStep = 0.5;        ///< of the columns that count as true [cells]
 
 /// A place where light is scattered towards the camera.
 struct PilotPoint {
   Vec3d p;
   double share = 0.0;          ///< of its ray's pixel: opacity / points
-  std::vector<double> depths;  ///< exact, towards each sun
+  std::vector<double> depths;  ///< towards each sun, as good as exact
 };
 
 struct PilotRay {
-  Vec3d direction;
+  std::vector<float> weights;  ///< see MarchRay
   std::vector<PilotPoint> points;
 };
 
-/// Points at equal shares of a ray's opacity.
-PilotRay pilot_ray(const World& world, const Ray& ray, FieldCounters& counters) {
-  PilotRay pilot{ray.d, {}};
-  std::vector<DensityPiece> pieces;
-  std::vector<std::pair<double, double>> depths;  // t at a piece's middle, optical depth of the piece
-  for (const WorldMedium& medium : world.media) {
-    pieces.clear();
-    medium.density->append_pieces(ray, {0.0, std::numeric_limits<double>::infinity()}, pieces, counters);
-    for (const DensityPiece& piece : pieces) {
-      depths.emplace_back(0.5 * (piece.t0 + piece.t1), medium.extinction * column_to(piece, piece.t1));
-    }
+struct Pilots {
+  std::vector<PilotRay> rays;
+  /// The worst pixels err this much more than the root mean square over the pilot rays. With few points on a
+  /// ray, these do not average out as much of the error as the many samples of a ray do: that is a reserve.
+  double peak = 0.0;
+};
+
+/// How many points a ray has. Where nodes stand far apart, errors are alike along much of a ray, and few will
+/// do.
+struct PilotDensity {
+  int points_per_ray;
+  double peak;  ///< see Pilots
+};
+constexpr PilotDensity kFewPoints{4, 3.0}, kManyPoints{12, 4.5};
+
+Ray to_local(const MarchGrid& grid, const Ray& ray) {
+  return {grid.local_from_world.point(ray.o), grid.local_from_world.direction(ray.d)};
+}
+
+/// Extinctions at equal steps along a ray.
+struct RayProfile {
+  double t0 = 0.0, dt = 0.0;
+  std::vector<float> sigma;  ///< [1/m]
+};
+
+/// Through all grids, a cell at a time unless that were very many.
+RayProfile profile_of(const MarchScene& scene, const Ray& ray) {
+  constexpr double kMostSteps = 4096.0;
+  RayProfile profile;
+  Segment all{std::numeric_limits<double>::infinity(), 0.0};
+  double dt = std::numeric_limits<double>::infinity();
+  for (const MarchGrid& grid : scene.grids) {
+    const Ray local = to_local(grid, ray);
+    const Segment inside = clip_to_box(local, {0.0, std::numeric_limits<double>::infinity()}, grid.bounds);
+    if (inside.empty()) continue;
+    all = {std::min(all.t0, inside.t0), std::max(all.t1, inside.t1)};
+    dt = std::min(dt, 1.0 / length(local.d));
   }
-  std::sort(depths.begin(), depths.end());
-  double total = 0.0;
-  for (const auto& [t, tau] : depths) total += tau;
-  const double opaque = opacity_from_tau(total);
+  if (all.empty()) return profile;
+  profile.dt = std::max(dt, (all.t1 - all.t0) / kMostSteps);
+  profile.t0 = all.t0 + 0.5 * profile.dt;
+  profile.sigma.assign(size_t((all.t1 - all.t0) / profile.dt) + 1, 0.0f);
+  std::vector<float> rho(profile.sigma.size());
+  for (const MarchGrid& grid : scene.grids) {
+    sample_density(grid, to_local(grid, ray), profile.t0, profile.dt, rho);
+    for (size_t i = 0; i < rho.size(); ++i) profile.sigma[i] += float(grid.extinction) * rho[i];
+  }
+  return profile;
+}
+
+/// Optical depth from a point towards a sun, by steps of about `step` cells.
+double stepped_depth(const MarchWorld& march, size_t light, const Vec3d& p, double step) {
   double tau = 0.0;
-  for (const auto& [t, piece_tau] : depths) {
-    tau += piece_tau;
-    const double reached = (double(pilot.points.size()) + 0.5) / kPointsPerRay * opaque;
-    if (pilot.points.size() < kPointsPerRay && opaque > 0.0 && opacity_from_tau(tau) >= reached) {
-      pilot.points.push_back({ray.at(t), opaque / kPointsPerRay, {}});
-    }
+  for (const MarchGrid& grid : march.kernel.grids) {
+    if (!(grid.extinction > 0.0)) continue;
+    const Ray local = to_local(grid, {p, march.suns()[light].wi});
+    tau += grid.extinction * stepped_column(grid, local, step / length(local.d));
   }
+  return tau;
+}
+
+/// Points at equal shares of a ray's opacity.
+PilotRay pilot_ray(const MarchWorld& march, const Ray& ray, int points) {
+  PilotRay pilot;
+  const RayProfile profile = profile_of(march.kernel, ray);
+  double total = 0.0;
+  for (const float sigma : profile.sigma) total += profile.dt * double(sigma);
+  const double opaque = opacity_from_tau(total);
+  if (!(opaque > 0.0)) return pilot;
+  double tau = 0.0;
+  size_t step = 0;
+  for (int n = 0; n < points; ++n) {
+    const double wanted = extinction_from_opacity((n + 0.5) / points * opaque);
+    const auto depth = [&] { return profile.dt * double(profile.sigma[step]); };
+    while (step + 1 < profile.sigma.size() && tau + depth() < wanted) tau += depth(), ++step;
+    const double inside = depth() > 0.0 ? std::min((wanted - tau) / depth(), 1.0) : 0.5;
+    PilotPoint point{ray.at(profile.t0 + (double(step) + inside - 0.5) * profile.dt), opaque / points, {}};
+    for (size_t l = 0; l < march.suns().size(); ++l)
+      point.depths.push_back(stepped_depth(march, l, point.p, kPilotStep));
+    pilot.points.push_back(std::move(point));
+  }
+  march.weights_for(ray.d, pilot.weights);
   return pilot;
 }
 
-std::vector<PilotRay> trace_pilots(const World& world, const Vec2i& picture, const MarchWorld& march,
-                                   int columns, int rows) {
-  std::vector<PilotRay> pilots(size_t(columns) * size_t(rows));
-  parallel_for(pilots.size(), [&](size_t i) {
-    FieldCounters counters;
-    const Vec2d pixel((double(i % size_t(columns)) + 0.5) / columns * picture.x,
-                      (double(i / size_t(columns)) + 0.5) / rows * picture.y);
-    pilots[i] = pilot_ray(world, world.camera->ray(pixel, picture), counters);
-    for (PilotPoint& point : pilots[i].points) {
-      for (size_t l = 0; l < march.suns().size(); ++l)
-        point.depths.push_back(march.exact_depth(l, point.p, counters));
-    }
+std::vector<PilotRay> trace_rays(const World& world, const Vec2i& picture, const MarchWorld& march,
+                                 int points, const Vec2i& raster) {
+  std::vector<PilotRay> rays(size_t(raster.x) * size_t(raster.y));
+  parallel_for(rays.size(), [&](size_t i) {
+    const Vec2d pixel((double(int(i) % raster.x) + 0.5) / raster.x * picture.x,
+                      (double(int(i) / raster.x) + 0.5) / raster.y * picture.y);
+    rays[i] = pilot_ray(march, world.camera->ray(pixel, picture), points);
   });
-  std::erase_if(pilots, [](const PilotRay& pilot) { return pilot.points.empty(); });
-  return pilots;
+  std::erase_if(rays, [](const PilotRay& ray) { return ray.points.empty(); });
+  return rays;
 }
 
 /// Pilots as dense as it takes to meet what is small in the picture.
-std::vector<PilotRay> trace_enough_pilots(const World& world, const Vec2i& picture, const MarchWorld& march) {
-  std::vector<PilotRay> pilots;
-  for (int density = 1; density <= 8 && pilots.size() < kEnoughPilots; density *= 2)
-    pilots = trace_pilots(world, picture, march, density * kColumns, density * kRows);
+Pilots trace_pilots(const World& world, const Vec2i& picture, const MarchWorld& march,
+                    const PilotDensity& density) {
+  Pilots pilots{{}, density.peak};
+  for (int finer = 1; finer <= 8 && pilots.rays.size() < kEnoughPilots; finer *= 2) {
+    pilots.rays =
+        trace_rays(world, picture, march, density.points_per_ray, {finer * kColumns, finer * kRows});
+  }
   return pilots;
 }
 
@@ -101,23 +161,20 @@ double change_of_light(const MarchWorld& march, const std::vector<float>& weight
 
 /// What wrong depths change in a pixel, at worst: depth_at(light, p) are those to be judged.
 template <class DepthAt>
-double measured_error(const std::vector<PilotRay>& pilots, const MarchWorld& march, DepthAt&& depth_at) {
-  // The worst pixels err this much more than the root mean square over rays with a few points each.
-  constexpr double kPeak = 3.0;
-  std::vector<double> squares(pilots.size());
-  parallel_for(pilots.size(), [&](size_t i) {
-    std::vector<float> weights;
-    march.weights_for(pilots[i].direction, weights);
+double measured_error(const Pilots& pilots, const MarchWorld& march, DepthAt&& depth_at) {
+  if (pilots.rays.empty()) return 0.0;
+  std::vector<double> squares(pilots.rays.size());
+  parallel_for(squares.size(), [&](size_t i) {
+    const PilotRay& ray = pilots.rays[i];
     double sum = 0.0;
-    for (const PilotPoint& point : pilots[i].points) {
-      for (size_t l = 0; l < march.suns().size(); ++l) {
-        sum += point.share * change_of_light(march, weights, l, depth_at(l, point.p), point.depths[l]);
-      }
+    for (const PilotPoint& point : ray.points) {
+      for (size_t l = 0; l < march.suns().size(); ++l)
+        sum += point.share * change_of_light(march, ray.weights, l, depth_at(l, point.p), point.depths[l]);
     }
     squares[i] = sum * sum;
   });
   const double total = std::accumulate(squares.begin(), squares.end(), 0.0);
-  return pilots.empty() ? 0.0 : kPeak * std::sqrt(total / double(pilots.size()));
+  return pilots.peak * std::sqrt(total / double(squares.size()));
 }
 
 double lattice_depth(const MarchWorld& march, size_t light, const Vec3d& p) {
@@ -127,59 +184,142 @@ double lattice_depth(const MarchWorld& march, size_t light, const Vec3d& p) {
   return depth;
 }
 
-double bytes_of(const MarchWorld& march, double spacing) {
-  double nodes = 0.0;
-  for (const Illumination& sun : march.suns()) {
-    for (const MarchGrid& grid : march.kernel.grids) nodes += sun_lattice_nodes(grid, sun.wi, spacing);
+/// Depth beyond which no sun changes a pilot's pixel by more than `least`.
+float enough_depth(const Pilots& pilots, const MarchWorld& march, double least) {
+  float depth = 1.0f;
+  const auto is_enough = [&](const PilotRay& pilot) {
+    for (size_t l = 0; l < march.suns().size(); ++l) {
+      const double beyond =
+          change_of_light(march, pilot.weights, l, double(depth), std::numeric_limits<double>::infinity());
+      if (std::abs(beyond) > least / double(march.suns().size())) return false;
+    }
+    return true;
+  };
+  for (const PilotRay& pilot : pilots.rays) {
+    while (depth < SunLattice::kDeepest && !is_enough(pilot)) depth += 0.5f;
   }
-  return sizeof(float) * nodes;
+  // One more, because balancing lowers depths near the deepest a little.
+  return std::min(depth + 1.0f, SunLattice::kDeepest);
 }
 
-void build_lattices(MarchWorld& march, double spacing) {
-  march.kernel.lattices.clear();
+/// What lattices may be like, and what they have cost.
+struct LatticeTrial {
+  LatticeOptions options;
+  double bytes = 0.0;
+  uint64_t samples = 0;
+};
+
+double bytes_of(const MarchWorld& march, const LatticeOptions& options) {
+  double bytes = 0.0;
+  for (const Illumination& sun : march.suns()) {
+    for (const MarchGrid& grid : march.kernel.grids) bytes += sun_lattice_bytes(grid, sun.wi, options);
+  }
+  return bytes;
+}
+
+/// False where memory does not suffice.
+bool build_lattices(MarchWorld& march, LatticeTrial& trial) {
+  std::vector<SunLattice>& lattices = march.kernel.lattices;
+  lattices.clear();
+  const double most_bytes = trial.options.most_bytes;
+  trial.bytes = 0.0;
   for (const Illumination& sun : march.suns()) {
     for (const MarchGrid& grid : march.kernel.grids) {
-      march.kernel.lattices.push_back(build_sun_lattice(grid, sun.wi, spacing));
+      LatticeOptions options = trial.options;
+      options.most_bytes = most_bytes - trial.bytes;
+      lattices.push_back(build_sun_lattice(grid, sun.wi, options, &trial.samples));
+      if (lattices.back().bricks.x == 0) return false;
+      trial.bytes += double(lattices.back().memory_bytes());
     }
   }
+  return true;
 }
 
+/// Along the light the depth bends less: only the density's own gradient does it.
+LatticeSpacing spaced(double across) {
+  constexpr double kAlong = 1.5;
+  return {across, kAlong * across};
+}
+
+/// How the error depends on the spacing, as far as it has been measured.
+class ErrorLaw {
+ public:
+  void add(double spacing, double error) {
+    m_spacing = spacing;
+    m_error = error;
+  }
+
+  /// The spacing that would err by `allowed` where another errs by `error`.
+  double spacing_for(double spacing, double error, double allowed) const {
+    constexpr double kUsual = 1.7;  // 2 where all is smooth, but clouds have details of all sizes
+    double power = kUsual;
+    if (m_spacing > 0.0)
+      power = std::clamp(std::log(error / m_error) / std::log(spacing / m_spacing), 1.2, 2.0);
+    return spacing * std::pow(allowed / error, 1.0 / power);
+  }
+
+ private:
+  double m_spacing = 0.0, m_error = 0.0;  ///< measured before
+};
+
 /// Tries lattices, finer until they are good enough; false where memory ends first.
-bool try_lattices(const std::vector<PilotRay>& pilots, double tolerance, double most_bytes, MarchWorld& march,
-                  SunlightChoice& choice) {
-  constexpr double kFirst = 4.0, kCoarsest = 8.0, kFinest = 0.1;  // spacings [cells]
-  constexpr int kRounds = 3;
-  // A third lattice costs more than one that is a little too fine, unless that one would be too large.
-  constexpr double kCautious = 0.85, kBold = 0.97;
+///   trace: makes pilots
+bool try_lattices(const std::function<Pilots(const PilotDensity&)>& trace, double tolerance,
+                  double most_bytes, MarchWorld& march, SunlightChoice& choice) {
+  constexpr double kFirst = 4.0, kFinest = 0.1;  // spacings across [cells]
+  constexpr double kFine = 2.5;                  // spacing from which on many points tell more
+  constexpr int kRounds = 5;
+  // A further lattice costs more than one that is a little too fine; a long way is gone in two steps.
+  constexpr double kCautious = 0.85, kLongest = 0.25;
+  constexpr double kEnoughShare = 0.02;
+  const double allowed = (1.0 - kEnoughShare) * tolerance;
+  Pilots pilots = trace(kFewPoints);
+  bool has_many = false;
+  LatticeTrial trial;
+  trial.options.most_bytes = most_bytes;
+  trial.options.is_everywhere = march.kernel.grids.size() > 1;
+  trial.options.enough = enough_depth(pilots, march, kEnoughShare * tolerance);
+  const auto measure = [&] {
+    return measured_error(pilots, march,
+                          [&](size_t l, const Vec3d& p) { return lattice_depth(march, l, p); });
+  };
+  ErrorLaw law;
   choice.spacing = kFirst;
-  for (int round = 0; round < kRounds; ++round) {
-    const double bytes = bytes_of(march, choice.spacing);
-    if (bytes > most_bytes) return false;
-    build_lattices(march, choice.spacing);
-    choice.error =
-        measured_error(pilots, march, [&](size_t l, const Vec3d& p) { return lattice_depth(march, l, p); });
-    const double ratio = std::sqrt(tolerance / std::max(choice.error, 1e-30));
-    const auto spaced = [&](double share) {
-      return std::clamp(share * choice.spacing * ratio, kFinest, kCoarsest);
-    };
-    const double needed = spaced(bytes_of(march, spaced(kCautious)) > most_bytes ? kBold : kCautious);
-    if (choice.error <= tolerance && (needed < 1.5 * choice.spacing || round > 0)) {
-      choice.reason =
-          fmt::format("optical depth on lattices of {:.2g} voxels, {:.1f} MB: estimated error {:.2g}",
-                      choice.spacing, 1e-6 * bytes, choice.error);
+  for (int round = 0; round < kRounds && choice.spacing >= kFinest; ++round) {
+    trial.options.spacing = spaced(choice.spacing);
+    if (bytes_of(march, trial.options) > 2.0 * most_bytes || !build_lattices(march, trial)) return false;
+    double error = measure();
+    if (error > allowed && !has_many && law.spacing_for(choice.spacing, error, allowed) < kFine) {
+      pilots = trace(kManyPoints);
+      has_many = true;
+      error = measure();
+    }
+    choice.error = error + kEnoughShare * tolerance;
+    if (error <= allowed) {
+      choice.reason = fmt::format(
+          "optical depth on lattices of {:.2g} by {:.2g} voxels, {:.1f} MB: estimated error {:.2g}",
+          trial.options.spacing.across, trial.options.spacing.along, 1e-6 * trial.bytes, choice.error);
       return true;
     }
-    choice.spacing = needed;
+    const double needed = law.spacing_for(choice.spacing, error, allowed);
+    law.add(choice.spacing, error);
+    choice.spacing = std::max(kCautious * needed, kLongest * choice.spacing);
   }
   return false;
 }
 
-void take_shadow_rays(const std::vector<PilotRay>& pilots, double tolerance, MarchWorld& march,
-                      SunlightChoice& choice) {
+void take_shadow_rays(Pilots pilots, double tolerance, MarchWorld& march, SunlightChoice& choice) {
+  parallel_for(pilots.rays.size(), [&](size_t i) {
+    FieldCounters counters;
+    for (PilotPoint& point : pilots.rays[i].points) {
+      for (size_t l = 0; l < point.depths.size(); ++l)
+        point.depths[l] = march.exact_depth(l, point.p, counters);
+    }
+  });
   constexpr double kLongest = 1.0, kShortest = 1.0 / 16.0;  // steps [cells]
   for (choice.step = kLongest;; choice.step *= 0.5) {
     choice.error = measured_error(
-        pilots, march, [&](size_t l, const Vec3d& p) { return march.stepped_depth(l, p, choice.step); });
+        pilots, march, [&](size_t l, const Vec3d& p) { return stepped_depth(march, l, p, choice.step); });
     if (choice.error <= tolerance || choice.step <= kShortest) break;
   }
   march.kernel.shadow_step = choice.step;
@@ -189,16 +329,18 @@ void take_shadow_rays(const std::vector<PilotRay>& pilots, double tolerance, Mar
 
 SunlightChoice choose_sunlight(const World& world, const Vec2i& picture, double tolerance, double most_bytes,
                                MarchWorld& march) {
-  const std::vector<PilotRay> pilots = trace_enough_pilots(world, picture, march);
+  const auto trace = [&](const PilotDensity& density) {
+    return trace_pilots(world, picture, march, density);
+  };
   SunlightChoice choice;
-  if (most_bytes > 0.0 && try_lattices(pilots, tolerance, most_bytes, march, choice)) return choice;
+  if (most_bytes > 0.0 && try_lattices(trace, tolerance, most_bytes, march, choice)) return choice;
   march.kernel.lattices.clear();
   const std::string why =
-      most_bytes > 0.0 ? fmt::format("a cache within {:.2g} would need {:.0f} MB of {:.0f} MB allowed",
-                                     tolerance, 1e-6 * bytes_of(march, choice.spacing), 1e-6 * most_bytes)
+      most_bytes > 0.0 ? fmt::format("a cache within {:.2g} would need more than the {:.0f} MB allowed",
+                                     tolerance, 1e-6 * most_bytes)
                        : "no cache asked for";
   choice.spacing = 0.0;
-  take_shadow_rays(pilots, tolerance, march, choice);
+  take_shadow_rays(trace(kFewPoints), tolerance, march, choice);
   choice.reason = fmt::format("shadow rays with steps of {:.2g} voxels ({}): estimated error {:.2g}",
                               choice.step, why, choice.error);
   return choice;

@@ -33,18 +33,43 @@ void BM_brick_pyramid(benchmark::State& state) {
 }
 BENCHMARK(BM_brick_pyramid)->Arg(256)->Unit(benchmark::kMillisecond);
 
-/// One thread; argument: spacing in tenths of a voxel.
+/// One thread; arguments: spacing across and along the light in tenths of a voxel.
 void BM_sun_lattice(benchmark::State& state) {
   const MarchFixture fixture(256);
-  const double spacing = double(state.range(0)) / 10.0;
+  LatticeOptions options;
+  options.spacing = {double(state.range(0)) / 10.0, double(state.range(1)) / 10.0};
+  options.is_everywhere = false;
+  uint64_t samples = 0;
+  double bytes = 0.0;
   with_threads(1, [&] {
-    for (auto _ : state) benchmark::DoNotOptimize(build_sun_lattice(fixture.grid, kSun, spacing).tau.get());
+    for (auto _ : state)
+      bytes = double(build_sun_lattice(fixture.grid, kSun, options, &samples).memory_bytes());
   });
-  const double nodes = sun_lattice_nodes(fixture.grid, kSun, spacing);
-  state.counters["nodes"] =
-      benchmark::Counter(nodes * double(state.iterations()), benchmark::Counter::kIsRate);
+  state.counters["samples"] = benchmark::Counter(double(samples), benchmark::Counter::kIsRate);
+  state.counters["samples_each"] = benchmark::Counter(double(samples), benchmark::Counter::kAvgIterations);
+  state.counters["bytes"] = bytes;
 }
-BENCHMARK(BM_sun_lattice)->Arg(10)->Arg(20)->Arg(40)->Unit(benchmark::kMillisecond);
+BENCHMARK(BM_sun_lattice)
+    ->Args({10, 20})
+    ->Args({20, 40})
+    ->Args({40, 80})
+    ->Args({80, 160})
+    ->Unit(benchmark::kMillisecond);
+
+/// Single columns towards the sun, by steps of half a voxel.
+void BM_sun_column(benchmark::State& state) {
+  const MarchFixture fixture(256);
+  const Vec3d towards = fixture.grid.local_from_world.direction(kSun);
+  const Box3d& box = fixture.grid.bounds;
+  int n = 0;
+  for (auto _ : state) {
+    const Vec3d share((n * 7 % 13 + 0.5) / 13, (n * 5 % 11 + 0.5) / 11, (n * 3 % 17 + 0.5) / 17);
+    benchmark::DoNotOptimize(
+        stepped_column(fixture.grid, {box.min + share * box.size(), towards}, 0.5 / length(towards)));
+    ++n;
+  }
+}
+BENCHMARK(BM_sun_column)->Unit(benchmark::kMicrosecond);
 
 /// Rays through the cloud on one thread; arguments: 1000 * step quality, lights.
 void BM_march(benchmark::State& state) {
@@ -52,7 +77,8 @@ void BM_march(benchmark::State& state) {
   MarchScene scene;
   scene.grids.push_back(fixture.grid);
   scene.lights = int(state.range(1));
-  for (int l = 0; l < scene.lights; ++l) scene.lattices.push_back(build_sun_lattice(fixture.grid, kSun, 2.0));
+  for (int l = 0; l < scene.lights; ++l)
+    scene.lattices.push_back(build_sun_lattice(fixture.grid, kSun, {{2.0, 4.0}}));
   const std::vector<float> weights(size_t(kMostTerms * std::max(1, scene.lights)), 1.0f);
   std::vector<MarchRay> jobs;
   for (const Ray& ray : camera_rays(fixture.field->bounds(), 384)) {

@@ -10,7 +10,6 @@
 #include "hwy/highway.h"
 
 #include "integrators/kernels/marcher-inl.h"
-#include "integrators/kernels/sun_sweep-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pileus::HWY_NAMESPACE {
@@ -54,16 +53,11 @@ HWY_AFTER_NAMESPACE();
 namespace pileus {
 
 HWY_EXPORT(march_rays_impl);
-HWY_EXPORT(sweep_sun_rows_impl);
 HWY_EXPORT(target_impl);
 
 void march_rays(const MarchScene& scene, std::span<const MarchRay> rays, std::span<MarchResult> results,
                 std::span<double> sums) {
   HWY_DYNAMIC_DISPATCH(march_rays_impl)(scene, rays, results, sums);
-}
-
-void sweep_sun_rows(const SunSweep& sweep, int u0, int u1, float* tau) {
-  HWY_DYNAMIC_DISPATCH(sweep_sun_rows_impl)(sweep, u0, u1, tau);
 }
 
 const char* march_target() {

@@ -6,7 +6,7 @@
 #include <span>
 #include <vector>
 
-#include "lib/core/large_array.h"
+#include "integrators/kernels/sun_nodes.h"
 #include "lib/math/affine.h"
 #include "lib/math/ray.h"
 #include "lib/volume/brick_pyramid.h"
@@ -38,14 +38,6 @@ struct MarchGrid {
 
   int terms = 1;                                    ///< scatter terms
   std::array<float, kMostTerms> term_extinction{};  ///< of each, relative to the grid's
-};
-
-/// Optical depths towards a sun through one grid, on a sheared lattice whose w axis runs towards the sun; see
-/// sun_lattice.h. Beyond the lattice the value of its border holds.
-struct SunLattice {
-  Affine lattice_from_world;
-  Vec3i size{0, 0, 0};    ///< nodes along u, v, w; at least 2
-  LargeArray<float> tau;  ///< [u][v][w], w fastest
 };
 
 struct MarchScene {
@@ -93,18 +85,6 @@ inline size_t sums_per_grid(const MarchScene& scene) {
 /// Marches rays, sixteen in a row as a packet; `sums` has rays.size() * grids * sums_per_grid() values.
 void march_rays(const MarchScene& scene, std::span<const MarchRay> rays, std::span<MarchResult> results,
                 std::span<double> sums);
-
-/// Sums rows [u0, u1) of a lattice: tau[u - u0][v][w] for all v, w. `steps` samples are taken between
-/// neighbouring nodes.
-///   index_at(u, v, w) = origin + u * eu + v * ev + w * ew, local to the grid
-struct SunSweep {
-  const MarchGrid* grid = nullptr;
-  Vec3d origin, eu, ev, ew;
-  Vec3i size{0, 0, 0};
-  double length = 0.0;  ///< of ew in world space [m]
-  int steps = 1;
-};
-void sweep_sun_rows(const SunSweep& sweep, int u0, int u1, float* tau);
 
 /// Name of the instruction set that the kernels use on this machine.
 const char* march_target();

@@ -15,6 +15,7 @@
 
 #include "hwy/highway.h"
 
+#include "integrators/kernels/lattice_reader-inl.h"
 #include "integrators/kernels/packet-inl.h"
 #include "integrators/kernels/readers-inl.h"
 #include "integrators/kernels/walks-inl.h"

@@ -1,4 +1,4 @@
-// What the march reads: densities of bricks and optical depths of lattices, a vector of positions at a time.
+// What the march reads of grids: densities, a vector of positions at a time.
 // Per-target include guard, as Highway needs it.
 #if defined(PILEUS_INTEGRATORS_KERNELS_READERS_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PILEUS_INTEGRATORS_KERNELS_READERS_INL_H
@@ -102,34 +102,6 @@ class GridReader {
   const int32_t* offsets;
   int stride_x, stride_y;  ///< of the table
   float last[3];           ///< largest position that still has a cell
-};
-
-/// Optical depths of a lattice; positions beyond it count as its border.
-struct LatticeReader {
-  const float* tau;
-  int stride_u, stride_v;
-  float last[3];
-
-  explicit LatticeReader(const SunLattice& lattice)
-      : tau(lattice.tau.get()), stride_u(lattice.size.y * lattice.size.z), stride_v(lattice.size.z) {
-    // Below the last node, so that its cell exists.
-    for (int axis = 0; axis < 3; ++axis) last[axis] = std::nextafter(float(lattice.size[axis] - 1), 0.0f);
-  }
-
-  HWY_INLINE V read(V u, V v, V w) const {
-    const D d;
-    const DI di;
-    V at[3] = {u, v, w};
-    VI cell[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      const V p = hn::Max(hn::Zero(d), hn::Min(at[axis], hn::Set(d, last[axis])));
-      cell[axis] = hn::ConvertTo(di, p);
-      at[axis] = hn::Sub(p, hn::ConvertTo(d, cell[axis]));
-    }
-    const VI index = hn::Add(
-        hn::Add(hn::Mul(cell[0], hn::Set(di, stride_u)), hn::Mul(cell[1], hn::Set(di, stride_v))), cell[2]);
-    return trilinear(d, tau, index, stride_u, stride_v, at[0], at[1], at[2]);
-  }
 };
 
 }  // namespace pileus::HWY_NAMESPACE

@@ -1,4 +1,4 @@
-// The sweep that fills lattices of optical depth.
+// The sweep that fills lattices of optical depth, and single columns.
 // Per-target include guard, as Highway needs it.
 #if defined(PILEUS_INTEGRATORS_KERNELS_SUN_SWEEP_INL_H) == defined(HWY_TARGET_TOGGLE)
 #ifdef PILEUS_INTEGRATORS_KERNELS_SUN_SWEEP_INL_H
@@ -8,6 +8,9 @@
 #endif
 
 #include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
 #include <vector>
 
 #include "hwy/highway.h"
@@ -19,56 +22,378 @@ HWY_BEFORE_NAMESPACE();
 namespace pileus::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
-/// Optical depth of every piece between neighbouring nodes of one line, then summed from the sun's side.
-inline void sweep_line(const SunSweep& sweep, const GridReader& reader, const Vec3d& start,
-                       std::vector<float>& pieces, float* tau) {
-  const int nodes = sweep.size.z, count = (nodes - 1) * sweep.steps;
-  std::fill(pieces.begin(), pieces.end(), 0.0f);
-  const Ray ray{start, sweep.ew};
+/// Whether a grid has no density in a box of its local space.
+class EmptySpace {
+ public:
+  explicit EmptySpace(const BrickPyramid& pyramid) : m_pyramid(pyramid) {}
+
+  /// Exact to nodes of about a quarter of the box, and of the given level at least.
+  bool holds(const Box3d& box, size_t level) const {
+    const Vec3d size = box.size();
+    const double extent = std::max({size.x, size.y, size.z});
+    while (level + 1 < m_pyramid.levels().size() && double(8 << level) < 0.25 * extent) ++level;
+    const BrickPyramid::Level& nodes = m_pyramid.levels()[level];
+    const double edge = double(8 << level);
+    Vec3i lo, hi;
+    for (int axis = 0; axis < 3; ++axis) {
+      const double first = std::max(0.0, std::floor(box.min[axis] / edge)),
+                   last = std::min(double(nodes.nodes[axis] - 1), std::floor(box.max[axis] / edge));
+      if (!(first <= last)) return true;
+      lo[axis] = int(first), hi[axis] = int(last);
+    }
+    for (int x = lo.x; x <= hi.x; ++x) {
+      for (int y = lo.y; y <= hi.y; ++y) {
+        const ValueRange* const row =
+            nodes.ranges.data() + (size_t(x) * size_t(nodes.nodes.y) + size_t(y)) * size_t(nodes.nodes.z);
+        for (int z = lo.z; z <= hi.z; ++z) {
+          if (row[z].hi > 0.0f) return false;
+        }
+      }
+    }
+    return true;
+  }
+
+ private:
+  const BrickPyramid& m_pyramid;
+};
+
+/// Sweeps the lines of some columns of bricks, and with them the lines beside, from the sun's side down:
+/// eight cells at a time, which then become bricks. Lanes are lines that are neighbours along v.
+class SunSweeper {
+ public:
+  SunSweeper(const SunSweep& sweep, const Vec2i& first, const Vec2i& end, SunBricks& bricks)
+      : m_sweep(sweep),
+        m_bricks(bricks),
+        m_pyramid(*sweep.grid->pyramid),
+        m_empty(*sweep.grid->pyramid),
+        m_first(first),
+        m_end(end),
+        m_rows((end.x - first.x) * kCells + 3),
+        m_columns(((end.y - first.y) * kCells + 3 + int(kLanes) - 1) / int(kLanes) * int(kLanes)),
+        m_pitch(size_t(m_columns) + kLanes),
+        m_tau(size_t(kLevels) * size_t(m_rows) * m_pitch, 0.0f),
+        m_rho(m_pitch, 0.0f),
+        m_row(size_t(kCells) * (size_t(double(m_columns) * sweep.ev[sweep.lane_axis] / kCells) + 3) + 4) {}
+
+  void run() {
+    for (int bw = m_bricks.lattice->bricks.z - 1; bw >= 0; --bw) {
+      for (int row = 0; row < m_rows; ++row) sweep_row(row, bw);
+      for (int bu = m_first.x; bu < m_end.x; ++bu) {
+        for (int bv = m_first.y; bv < m_end.y; ++bv) store_brick({bu, bv, bw});
+      }
+      keep_last_levels();
+    }
+    m_bricks.samples += m_samples;
+  }
+
+ private:
+  static constexpr int kCells = SunLattice::kBrickCells;
+  static constexpr int kLevels = kCells + 3;  ///< level k holds the nodes at w = 8 bw - 1 + k
+
+  float* row_at(int level, int row) {
+    return m_tau.data() + (size_t(level) * size_t(m_rows) + size_t(row)) * m_pitch;
+  }
+
+  Vec3d local(double u, double v, double w) const {
+    return m_sweep.origin + u * m_sweep.eu + v * m_sweep.ev + w * m_sweep.ew;
+  }
+
+  /// Box around the part of the lattice between two corners.
+  Box3d box_around(const Vec3d& lo, const Vec3d& hi) const {
+    Box3d box;
+    box.min = box.max = local(lo.x, lo.y, lo.z);
+    const Vec3d edges[3] = {(hi.x - lo.x) * m_sweep.eu, (hi.y - lo.y) * m_sweep.ev,
+                            (hi.z - lo.z) * m_sweep.ew};
+    for (const Vec3d& edge : edges) {
+      for (int axis = 0; axis < 3; ++axis) {
+        box.min[axis] += std::min(edge[axis], 0.0);
+        box.max[axis] += std::max(edge[axis], 0.0);
+      }
+    }
+    return box;
+  }
+
+  /// A row of lines, over the cells of a brick. All of them are at the same place but for the axis along
+  /// which lanes lie, wherever they get: densities come as bilinear sums of rows of bricks.
+  void sweep_row(int row, int bw) {
+    const D d;
+    const int u = m_first.x * kCells - 1 + row, v = m_first.y * kCells - 1, w0 = bw * kCells - 1;
+    const Box3d box = box_around(Vec3d(u, v, w0), Vec3d(u, v + m_columns - 1, w0 + kCells));
+    if (is_dark(row) || m_empty.holds(box, 0)) {
+      for (int level = 0; level < kCells; ++level)
+        std::memcpy(row_at(level, row), row_at(kCells, row), m_pitch * sizeof(float));
+      return;
+    }
+    const Vec3d start = local(u, v, w0), per_step = m_sweep.ew / m_sweep.steps;
+    const V scale = hn::Set(d, float(m_sweep.grid->extinction * m_sweep.length / m_sweep.steps));
+    for (int level = kCells - 1; level >= 0; --level) {
+      bool has_density = false;
+      for (int step = m_sweep.steps - 1; step >= 0; --step)
+        has_density |= add_densities(start + (level * m_sweep.steps + step + 0.5) * per_step);
+      const float* const before = row_at(level + 1, row);
+      float* const after = row_at(level, row);
+      if (!has_density) {
+        std::memcpy(after, before, m_pitch * sizeof(float));
+        continue;
+      }
+      for (int column = 0; column < m_columns; column += int(kLanes)) {
+        const V rho = hn::LoadU(d, m_rho.data() + column);
+        const V tau = hn::MulAdd(rho, scale, hn::LoadU(d, before + column));
+        hn::StoreU(hn::Min(tau, hn::Set(d, m_sweep.enough)), d, after + column);
+        hn::StoreU(hn::Zero(d), d, m_rho.data() + column);
+      }
+    }
+  }
+
+  bool is_dark(int row) {
+    const D d;
+    const float* const tau = row_at(kCells, row);
+    V least = hn::LoadU(d, tau);
+    for (int column = int(kLanes); column < m_columns; column += int(kLanes))
+      least = hn::Min(least, hn::LoadU(d, tau + column));
+    return hn::GetLane(hn::MinOfLanes(d, least)) >= m_sweep.enough;
+  }
+
+  /// Adds the densities of a row of lines that begins at p to m_rho; false where there are none.
+  bool add_densities(const Vec3d& p) {
+    const Vec3i& nodes = m_pyramid.levels().front().nodes;
+    const int a = m_sweep.lane_axis, b = (a + 1) % 3, c = (a + 2) % 3;
+    for (const int axis : {b, c}) {
+      if (!(p[axis] >= 0.0 && p[axis] < double(nodes[axis] * kCells))) return false;
+    }
+    const Vec3i cell(int(p.x), int(p.y), int(p.z));
+    const int table_strides[3] = {nodes.y * nodes.z, nodes.z, 1};
+    const int32_t* const table =
+        m_pyramid.offsets().data() + (cell[b] >> 3) * table_strides[b] + (cell[c] >> 3) * table_strides[c];
+    // Bricks that lanes lie in, as far as there are any.
+    const double across = m_sweep.ev[a], end = p[a] + across * (m_columns - 1);
+    const int first = std::max(0, int(std::floor(p[a] / kCells))),
+              last = std::min(nodes[a] - 1, int(std::floor(end / kCells)));
+    int lo = first, hi = last;
+    while (lo <= hi && table[lo * table_strides[a]] == 0) ++lo;
+    while (lo <= hi && table[hi * table_strides[a]] == 0) --hi;
+    if (lo > hi) return false;
+    constexpr int kStrides[3] = {BrickGrid::kStrideX, BrickGrid::kStrideY, BrickGrid::kStrideZ};
+    const int inside = (cell[b] & 7) * kStrides[b] + (cell[c] & 7) * kStrides[c];
+    const float fb = float(p[b] - cell[b]), fc = float(p[c] - cell[c]);
+    const float weights[4] = {(1.0f - fb) * (1.0f - fc), fb * (1.0f - fc), (1.0f - fb) * fc, fb * fc};
+    float* out = m_row.data() + 1;
+    for (int brick = lo; brick <= hi; ++brick, out += kCells) {
+      const int32_t offset = table[brick * table_strides[a]];
+      if (offset == 0) {
+        std::fill_n(out, kCells + 1, 0.0f);
+      } else {
+        const float* const values = m_pyramid.grid().all_values().data() + offset + inside;
+        if (a == 2) {
+          sum_rows<BrickGrid::kStrideZ>(values, kStrides[b], kStrides[c], weights, out);
+        } else {
+          sum_rows<BrickGrid::kStrideY>(values, kStrides[b], kStrides[c], weights, out);
+        }
+      }
+    }
+    resample(float(p[a] - lo * kCells), float(across), (hi - lo + 1) * kCells);
+    return true;
+  }
+
+  /// The densities along a brick: eight, and the one at its end, which the next brick has first.
+  template <int kStride>
+  static HWY_INLINE void sum_rows(const float* values, int stride_b, int stride_c, const float* weights,
+                                  float* out) {
+    if constexpr (kStride == 1) {
+      const hn::CappedTag<float, 8> d;
+      const auto w0 = hn::Set(d, weights[0]), w1 = hn::Set(d, weights[1]), w2 = hn::Set(d, weights[2]),
+                 w3 = hn::Set(d, weights[3]);
+      for (int k = 0; k < kCells; k += int(hn::Lanes(d))) {
+        const float* const v = values + k;
+        const auto near = hn::MulAdd(w1, hn::LoadU(d, v + stride_b), hn::Mul(w0, hn::LoadU(d, v)));
+        const auto far =
+            hn::MulAdd(w3, hn::LoadU(d, v + stride_b + stride_c), hn::Mul(w2, hn::LoadU(d, v + stride_c)));
+        hn::StoreU(hn::Add(near, far), d, out + k);
+      }
+    } else {
+      for (int k = 0; k < kCells; ++k) out[k] = sum_at(values + k * kStride, stride_b, stride_c, weights);
+    }
+    out[kCells] = sum_at(values + kCells * kStride, stride_b, stride_c, weights);
+  }
+
+  static HWY_INLINE float sum_at(const float* v, int stride_b, int stride_c, const float* weights) {
+    return (weights[0] * v[0] + weights[1] * v[stride_b]) +
+           (weights[2] * v[stride_c] + weights[3] * v[stride_b + stride_c]);
+  }
+
+  /// Adds m_row, of `count` cells, at `first` + lane * `across`; 0 beyond it.
+  void resample(float first, float across, int count) {
+    const D d;
+    const DI di;
+    // Beyond the ends lie zeros: what is outside reads there.
+    m_row[0] = 0.0f;
+    m_row[size_t(count) + 2] = 0.0f;
+    const V lane = hn::Iota(d, 0.0f), most = hn::Set(d, float(count) + 1.0f), zero = hn::Zero(d);
+    const auto column_at = [&](float place) {
+      return int((place - first) / across) / int(kLanes) * int(kLanes);
+    };
+    const int begin = first >= 0.0f ? 0 : column_at(0.0f),
+              end = std::min(m_columns - int(kLanes), column_at(float(count)));
+    for (int column = begin; column <= end; column += int(kLanes)) {
+      const V at =
+          hn::MulAdd(hn::Add(lane, hn::Set(d, float(column))), hn::Set(d, across), hn::Set(d, first + 1.0f));
+      const V inside = hn::Min(hn::Max(at, zero), most);
+      const VI cell = hn::ConvertTo(di, inside);
+      V lower, upper;
+      load_pairs(d, m_row.data(), cell, lower, upper);
+      const V rho = hn::MulAdd(hn::Sub(inside, hn::ConvertTo(d, cell)), hn::Sub(upper, lower), lower);
+      hn::StoreU(hn::Add(rho, hn::LoadU(d, m_rho.data() + column)), d, m_rho.data() + column);
+    }
+    if (end >= begin) m_samples += uint64_t(end - begin) + kLanes;
+  }
+
+  void keep_last_levels() {
+    const size_t level = size_t(m_rows) * m_pitch;
+    std::memmove(m_tau.data() + size_t(kCells) * level, m_tau.data(), 3 * level * sizeof(float));
+  }
+
+  void store_brick(const Vec3i& brick) {
+    SunLattice& lattice = *m_bricks.lattice;
+    int32_t& offset = lattice.offsets[(size_t(brick.x) * size_t(lattice.bricks.y) + size_t(brick.y)) *
+                                          size_t(lattice.bricks.z) +
+                                      size_t(brick.z)];
+    offset = kLight;
+    if (!is_wanted(brick)) return;
+    alignas(64) uint16_t nodes[SunLattice::kPitch + 64];
+    fill_nodes(brick, nodes);
+    const bool is_uniform =
+        std::all_of(nodes + 1, nodes + kNodes, [&](uint16_t node) { return node == nodes[0]; });
+    if (is_uniform && nodes[0] == lattice.nodes[kLight]) return;
+    if (is_uniform && nodes[0] == lattice.nodes[kDark]) {
+      offset = kDark;
+      return;
+    }
+    const int64_t slot = m_bricks.next.fetch_add(1);
+    if (slot >= m_bricks.most) return;
+    offset = int32_t(slot * SunLattice::kPitch);
+    std::memcpy(lattice.nodes.get() + offset, nodes, kNodes * sizeof(uint16_t));
+  }
+
+  /// Whether there may be a density in some cell of the brick; rounding may move who reads it a little.
+  bool is_wanted(const Vec3i& brick) const {
+    if (m_sweep.is_everywhere) return true;
+    constexpr double kMargin = 0.01;
+    const Vec3d lo = Vec3d(brick * kCells) - Vec3d(kMargin);
+    const double end = kCells + 2 * kMargin;
+    if (m_empty.holds(box_around(lo, lo + Vec3d(end)), 0)) return false;
+    for (int w = 0; w < kCells; ++w) {
+      if (!m_empty.holds(box_around(lo + Vec3d(0, 0, w), lo + Vec3d(end, end, w + 1 + 2 * kMargin)), 0))
+        return true;
+    }
+    return false;
+  }
+
+  /// The nodes of a brick, balanced: linear interpolation lies above a convex function by h^2/12 of its
+  /// second derivative on average. Node values lowered by as much, as their second differences tell it, leave
+  /// errors of changing sign, which cancel along a view ray (Blu, Thevenaz, Unser 2004). What light meets at
+  /// the edge of a cloud then becomes slightly negative: transmittance takes that as it is. More than
+  /// slightly is the sign of a lattice too coarse to be corrected, and would brighten: there is a floor.
+  void fill_nodes(const Vec3i& brick, uint16_t* nodes) {
+    const D d;
+    const V six = hn::Set(d, 6.0f), twelfth = hn::Set(d, -1.0f / 12.0f);
+    const int row0 = (brick.x - m_first.x) * kCells + 1, column0 = (brick.y - m_first.y) * kCells + 1;
+    for (int u = 0; u <= kCells; ++u) {
+      for (int w = 0; w <= kCells; ++w) {
+        const float *here = row_at(w + 1, row0 + u) + column0,
+                    *before = row_at(w + 1, row0 + u - 1) + column0,
+                    *after = row_at(w + 1, row0 + u + 1) + column0, *below = row_at(w, row0 + u) + column0,
+                    *above = row_at(w + 2, row0 + u) + column0;
+        uint16_t* const out = nodes + u * SunLattice::kStrideU + w * SunLattice::kStrideW;
+        // What a vector writes too much is overwritten by the next row.
+        for (int v = 0; v <= kCells; v += int(kLanes)) {
+          const V tau = hn::LoadU(d, here + v);
+          const V across = hn::Add(hn::Add(hn::LoadU(d, before + v), hn::LoadU(d, after + v)),
+                                   hn::Add(hn::LoadU(d, here + v - 1), hn::LoadU(d, here + v + 1)));
+          const V around = hn::Add(across, hn::Add(hn::LoadU(d, below + v), hn::LoadU(d, above + v)));
+          const V lowered = hn::MulAdd(hn::NegMulAdd(six, tau, around), twelfth, tau);
+          store_nodes(lowered, out + v);
+        }
+      }
+    }
+  }
+
+  void store_nodes(V tau, uint16_t* out) const {
+    const D d;
+    const DI di;
+    const hn::Rebind<uint16_t, D> du16;
+    const V shifted =
+        hn::Add(hn::Min(hn::Max(tau, hn::Set(d, SunLattice::kLowest)), hn::Set(d, m_sweep.enough)),
+                hn::Set(d, SunLattice::kOffset));
+    constexpr int kShift = SunLattice::kMantissaShift;
+    const VI rounded =
+        hn::Add(hn::BitCast(di, shifted), hn::Set(di, (1 << (kShift - 1)) - SunLattice::kExponentBias));
+    hn::StoreU(hn::DemoteTo(du16, hn::ShiftRight<kShift>(rounded)), du16, out);
+  }
+
+  static constexpr size_t kNodes = 729;
+  static constexpr int32_t kLight = 0, kDark = SunLattice::kPitch;  ///< offsets of bricks that many share
+
+  const SunSweep& m_sweep;
+  SunBricks& m_bricks;
+  const BrickPyramid& m_pyramid;
+  const EmptySpace m_empty;
+  const Vec2i m_first, m_end;
+  const int m_rows, m_columns;
+  const size_t m_pitch;
+  std::vector<float> m_tau;  ///< [level][u][v]: of the present cells; the sun's side at the last level
+  std::vector<float> m_rho;  ///< densities of a row of lines, summed over steps
+  std::vector<float> m_row;  ///< densities of a row of cells, behind a zero
+  uint64_t m_samples = 0;
+};
+
+inline void sweep_sun_bricks_impl(const SunSweep& sweep, const Vec2i& first, const Vec2i& end,
+                                  SunBricks& bricks) {
+  SunSweeper(sweep, first, end, bricks).run();
+}
+
+inline void sample_density_impl(const MarchGrid& grid, const Ray& local, double t0, double dt,
+                                std::span<float> rho) {
+  const GridReader reader(*grid.pyramid);
   const D d;
-  const LinePath path(start, sweep.ew);
-  const float scale = float(sweep.grid->extinction * sweep.length / sweep.steps);
-  NodeWalker walker(*sweep.grid->pyramid, ray,
-                    clip_to_bounds(sweep.grid->bounds, ray, {0.0, double(nodes - 1)}));
+  const LinePath path(local.at(t0), dt * local.d);
+  std::fill(rho.begin(), rho.end(), 0.0f);
+  NodeWalker walker(*grid.pyramid, local,
+                    clip_to_bounds(grid.bounds, local, {t0, t0 + dt * (double(rho.size()) - 1.0)}));
   NodeWalker::Stretch stretch;
-  const V per_step = hn::Set(d, 1.0f / float(sweep.steps));
-  int done = 0;
+  alignas(64) float some[kLanes];
   while (walker.next(stretch)) {
     if (stretch.range.hi == 0.0f) continue;
-    const int first = std::max(done, int(stretch.t0 * sweep.steps - 0.5)),
-              last = std::min(count, int(stretch.t1 * sweep.steps + 0.5));
-    // A whole vector may reach beyond the stretch: what it reads there is right, too.
-    int k = first;
-    for (; k < last; k += int(kLanes)) {
-      const V w = hn::Mul(hn::Add(hn::Iota(d, 0.5f), hn::Set(d, float(k))), per_step);
-      const V rho = reader.template read<true>(path.at(0, w), path.at(1, w), path.at(2, w));
-      hn::StoreU(hn::Mul(rho, hn::Set(d, scale)), d, pieces.data() + k);
+    const double first = std::ceil((stretch.t0 - t0) / dt), last = std::floor((stretch.t1 - t0) / dt);
+    const size_t end = std::min(rho.size(), size_t(std::max(0.0, last)) + 1);
+    for (size_t k = size_t(std::max(0.0, first)); k < end; k += kLanes) {
+      const V at = hn::Iota(d, float(k));
+      hn::Store(reader.template read<true>(path.at(0, at), path.at(1, at), path.at(2, at)), d, some);
+      std::copy_n(some, std::min(kLanes, end - k), rho.data() + k);
     }
-    done = std::max(done, std::min(k, count));
-  }
-  if (done == 0) {
-    std::fill_n(tau, nodes, 0.0f);
-    return;
-  }
-  std::fill(pieces.begin() + done, pieces.end(), 0.0f);
-  float sum = 0.0f;
-  tau[nodes - 1] = 0.0f;
-  for (int w = nodes - 2, k = count - 1; w >= 0; --w) {
-    for (int step = 0; step < sweep.steps; ++step, --k) sum += pieces[size_t(k)];
-    tau[w] = sum;
   }
 }
 
-inline void sweep_sun_rows_impl(const SunSweep& sweep, int u0, int u1, float* tau) {
-  const GridReader reader(*sweep.grid->pyramid);
-  std::vector<float> pieces(size_t(sweep.size.z * sweep.steps) + kLanes);
-  for (int u = u0; u < u1; ++u) {
-    for (int v = 0; v < sweep.size.y; ++v) {
-      const Vec3d start = sweep.origin + double(u) * sweep.eu + double(v) * sweep.ev;
-      sweep_line(sweep, reader, start, pieces,
-                 tau + (size_t(u - u0) * size_t(sweep.size.y) + size_t(v)) * size_t(sweep.size.z));
+inline double stepped_column_impl(const MarchGrid& grid, const Ray& local, double dt) {
+  const GridReader reader(*grid.pyramid);
+  const D d;
+  const LinePath path(local.o, dt * local.d);
+  NodeWalker walker(*grid.pyramid, local,
+                    clip_to_bounds(grid.bounds, local, {0.0, std::numeric_limits<double>::infinity()}));
+  NodeWalker::Stretch stretch;
+  double sum = 0.0;
+  while (walker.next(stretch)) {
+    if (stretch.range.hi == 0.0f) continue;
+    // Steps whose middle is in the stretch.
+    const double first = std::ceil(stretch.t0 / dt - 0.5), end = std::ceil(stretch.t1 / dt - 0.5);
+    V part = hn::Zero(d);
+    for (double k = first; k < end; k += double(kLanes)) {
+      const V at = hn::Iota(d, float(k + 0.5));
+      const V rho = reader.template read<true>(path.at(0, at), path.at(1, at), path.at(2, at));
+      part = hn::Add(part, hn::IfThenElseZero(hn::FirstN(d, size_t(std::min(double(kLanes), end - k))), rho));
     }
+    sum += double(hn::GetLane(hn::SumOfLanes(d, part)));
   }
+  return sum * dt;
 }
 
 }  // namespace pileus::HWY_NAMESPACE

@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "lib/core/parallel.h"
 #include "lib/volume/grid_field.h"
 #include "tests/fixtures/blob_voxels.h"
 #include "tests/fixtures/simd_targets.h"
@@ -34,6 +35,13 @@ struct LitGrid {
   double exact(const Vec3d& p, const Vec3d& wi) const {
     FieldCounters counters;
     return grid.extinction * field->column({p, wi}, {0.0, kInfinity}, kInfinity, counters);
+  }
+
+  double density(const Vec3d& p) const {
+    double rho = 0.0;
+    FieldCounters counters;
+    field->sample({p, {1, 0, 0}}, 0.0, 1.0, {&rho, 1}, counters);
+    return rho;
   }
 
   /// A point of the box of cells, in world space; 0 .. 1 along each axis.
@@ -73,9 +81,16 @@ std::vector<Vec3d> directions() {
   return all;
 }
 
+LatticeOptions spaced(double across, double along = 0.0) {
+  LatticeOptions options;
+  options.spacing = {across, along > 0.0 ? along : across};
+  return options;
+}
+
 /// Root mean square of the error over random points of the grid's box.
-double rms_error(const LitGrid& lit, const Vec3d& wi, double spacing, double* largest = nullptr) {
-  const SunLattice lattice = build_sun_lattice(lit.grid, wi, spacing);
+double rms_error(const LitGrid& lit, const Vec3d& wi, const LatticeOptions& options,
+                 double* largest = nullptr) {
+  const SunLattice lattice = build_sun_lattice(lit.grid, wi, options);
   std::mt19937 random(41);
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   double sum = 0.0;
@@ -101,7 +116,8 @@ TEST(SunLattice, second_order_on_a_smooth_blob) {
   const LitGrid lit(blob({3, 40, -20}, {40, 34, 37}), Affine(), 0.1);
   for (const Vec3d& wi : directions()) {
     const double scale = deepest(lit, wi);
-    const double at_8 = rms_error(lit, wi, 8), at_4 = rms_error(lit, wi, 4), at_2 = rms_error(lit, wi, 2);
+    const double at_8 = rms_error(lit, wi, spaced(8)), at_4 = rms_error(lit, wi, spaced(4)),
+                 at_2 = rms_error(lit, wi, spaced(2));
     EXPECT_LT(at_8, 0.03 * scale) << wi;
     EXPECT_GT(at_8 / at_4, 2.8) << wi << ": " << at_8 << ", " << at_4 << ", " << at_2;
     EXPECT_GT(at_4 / at_2, 2.5) << wi << ": " << at_8 << ", " << at_4 << ", " << at_2;
@@ -123,7 +139,8 @@ TEST(SunLattice, affine_grids) {
     const double voxel = std::cbrt(std::abs(map.determinant()));
     const LitGrid lit(voxels, map, 0.1 / voxel);
     for (const Vec3d& wi : directions()) {
-      const double scale = deepest(lit, wi), at_4 = rms_error(lit, wi, 4), at_2 = rms_error(lit, wi, 2);
+      const double scale = deepest(lit, wi), at_4 = rms_error(lit, wi, spaced(4)),
+                   at_2 = rms_error(lit, wi, spaced(2));
       EXPECT_LT(at_4, 0.01 * scale) << wi << map.matrix();
       EXPECT_GT(at_4 / at_2, 2.3) << wi << map.matrix();
     }
@@ -139,8 +156,8 @@ TEST(SunLattice, random_voxels_get_closer_with_finer_spacing) {
   for (const Vec3d& wi : directions()) {
     const double scale = deepest(lit, wi);
     double largest = 0.0;
-    const double at_4 = rms_error(lit, wi, 4), at_1 = rms_error(lit, wi, 1),
-                 finest = rms_error(lit, wi, 0.5, &largest);
+    const double at_4 = rms_error(lit, wi, spaced(4)), at_1 = rms_error(lit, wi, spaced(1)),
+                 finest = rms_error(lit, wi, spaced(0.5), &largest);
     EXPECT_LT(finest, 0.02 * scale) << wi;
     EXPECT_LT(largest, 0.15 * scale) << wi;
     EXPECT_LT(at_1, 0.5 * at_4) << wi;
@@ -155,7 +172,7 @@ TEST(SunLattice, points_outside) {
   std::uniform_real_distribution<double> uniform(0.0, 1.0);
   for (const Vec3d& wi : directions()) {
     const double scale = deepest(lit, wi);
-    const SunLattice lattice = build_sun_lattice(lit.grid, wi, 3);
+    const SunLattice lattice = build_sun_lattice(lit.grid, wi, spaced(3));
     int shaded = 0;
     for (int n = 0; n < 500; ++n) {
       const Vec3d inside = lit.at({uniform(random), uniform(random), uniform(random)});
@@ -178,8 +195,8 @@ TEST(SunLattice, points_outside) {
 TEST(SunLattice, an_empty_grid_casts_no_shadow) {
   const LitGrid lit(VoxelSources(), Affine(), 5.0);
   for (const Vec3d& wi : directions()) {
-    const SunLattice lattice = build_sun_lattice(lit.grid, wi, 2);
-    for (int axis = 0; axis < 3; ++axis) ASSERT_GE(lattice.size[axis], 2) << wi;
+    const SunLattice lattice = build_sun_lattice(lit.grid, wi, spaced(2));
+    for (int axis = 0; axis < 3; ++axis) ASSERT_GE(lattice.bricks[axis], 1) << wi;
     for (const Vec3d& p : {Vec3d(0), Vec3d(10, -3, 7), Vec3d(-1e5, 1, 1)})
       EXPECT_EQ(sun_depth(lattice, p), 0.0);
   }
@@ -190,38 +207,176 @@ TEST(SunLattice, one_voxel) {
   voxels.set({5, 5, 5}, 1.0f);
   const LitGrid lit(voxels, Affine(), 2.0);
   for (const Vec3d& wi : directions()) {
-    const SunLattice lattice = build_sun_lattice(lit.grid, wi, 0.5);
+    const SunLattice lattice = build_sun_lattice(lit.grid, wi, spaced(0.5));
     EXPECT_NEAR(sun_depth(lattice, Vec3d(5.0)), lit.exact(Vec3d(5.0), wi), 0.35) << wi;
     EXPECT_NEAR(sun_depth(lattice, Vec3d(5.0) - 3.0 * wi), lit.exact(Vec3d(5.0) - 3.0 * wi, wi), 0.5) << wi;
     EXPECT_NEAR(sun_depth(lattice, Vec3d(5.0) + 3.0 * wi), 0.0, 0.05) << wi;
   }
 }
 
+/// Points all over a lattice, cells and borders of bricks alike.
+std::vector<Vec3d> points_of(const SunLattice& lattice, int count) {
+  const Affine world_from_lattice = lattice.lattice_from_world.inverse();
+  std::mt19937 random(45);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  std::vector<Vec3d> points;
+  for (int n = 0; n < count; ++n) {
+    Vec3d p(uniform(random), uniform(random), uniform(random));
+    p *= double(SunLattice::kBrickCells) * Vec3d(lattice.bricks);
+    if (n % 2 == 0) p[n % 3] = std::round(p[n % 3]);
+    points.push_back(world_from_lattice.point(p));
+  }
+  return points;
+}
+
 TEST(SunLattice, no_depth_is_far_below_zero_however_dense_the_grid) {
   // Negative depths brighten: a floor keeps responses close to what a medium can scatter.
   VoxelSources voxels = blob({0, 0, 0}, {20, 20, 20});
   voxels.add_tile({32, 0, 0}, 8, 1.0f);
-  for (const double extinction : {1e-8, 1.0, 1e4}) {
+  for (const double extinction : {1e-8, 1.0, 1e4, 1e12}) {
     const LitGrid lit(voxels, Affine(), extinction);
     for (const Vec3d& wi : directions()) {
-      const SunLattice lattice = build_sun_lattice(lit.grid, wi, 4);
-      const size_t count = size_t(lattice.size.x) * size_t(lattice.size.y) * size_t(lattice.size.z);
-      for (size_t n = 0; n < count; ++n)
-        ASSERT_GE(lattice.tau[n], -0.1f) << wi << ", extinction " << extinction;
+      const SunLattice lattice = build_sun_lattice(lit.grid, wi, spaced(4));
+      for (const Vec3d& p : points_of(lattice, 2000)) {
+        ASSERT_GE(sun_depth(lattice, p), -0.1001) << wi << ", extinction " << extinction;
+        ASSERT_LE(sun_depth(lattice, p), 1001.0) << wi << ", extinction " << extinction;
+      }
     }
   }
 }
 
-TEST(SunLattice, all_instruction_sets_agree) {
+TEST(SunLattice, along_the_light_nodes_may_stand_further_apart) {
+  const LitGrid lit(blob({3, 40, -20}, {40, 34, 37}), Affine(), 0.1);
+  for (const Vec3d& wi : directions()) {
+    const auto bytes = [&](double along) {
+      return double(build_sun_lattice(lit.grid, wi, spaced(2, along)).memory_bytes());
+    };
+    EXPECT_LT(bytes(4), 0.75 * bytes(2)) << wi;
+    EXPECT_LT(rms_error(lit, wi, spaced(2, 4)), 0.003 * deepest(lit, wi)) << wi;
+  }
+}
+
+TEST(SunLattice, sparse_ones_are_the_same_where_there_is_a_density) {
+  std::mt19937 random(46);
+  VoxelSources scattered;
+  for (int n = 0; n < 6; ++n) scattered.add_random_leaf(Vec3i(n * 5 % 7, n * 3 % 5, n) * 16, random, 0.2);
+  const Affine map = turned({1, 2, 0}, 0.4, {0.5, 0.5, 0.4}, {10, 20, 30});
+  for (const VoxelSources& voxels : {scattered, blob({3, 40, -20}, {30, 24, 27})}) {
+    const LitGrid lit(voxels, map, 0.3);
+    std::uniform_real_distribution<double> uniform(0.0, 1.0);
+    for (const Vec3d& wi : directions()) {
+      for (const double spacing : {0.7, 2.0, 5.0}) {
+        LatticeOptions options = spaced(spacing, 1.7 * spacing);
+        const SunLattice whole = build_sun_lattice(lit.grid, wi, options);
+        options.is_everywhere = false;
+        const SunLattice sparse = build_sun_lattice(lit.grid, wi, options);
+        ASSERT_LE(sparse.used, whole.used) << wi;
+        for (int n = 0; n < 1000; ++n) {
+          const Vec3d p = lit.at({uniform(random), uniform(random), uniform(random)});
+          if (lit.density(p) == 0.0) continue;
+          ASSERT_EQ(sun_depth(sparse, p), sun_depth(whole, p)) << wi << ", spacing " << spacing;
+        }
+      }
+    }
+  }
+}
+
+TEST(SunLattice, depths_that_are_enough_need_no_nodes) {
+  const LitGrid lit(blob({0, 0, 0}, {40, 40, 40}), Affine(), 1.0);
+  const Vec3d wi = normalize(Vec3d(0.3, 0.8, 0.5));
+  LatticeOptions options = spaced(1);
+  const SunLattice whole = build_sun_lattice(lit.grid, wi, options);
+  options.enough = 6.0f;
+  const SunLattice cut = build_sun_lattice(lit.grid, wi, options);
+  EXPECT_LT(double(cut.used), 0.7 * double(whole.used));
+  for (const Vec3d& p : points_of(whole, 20000)) {
+    const double depth = sun_depth(whole, p), got = sun_depth(cut, p);
+    if (depth < 4.0) {
+      ASSERT_NEAR(got, depth, 2e-3);
+    } else {
+      // Balancing blunts the edge of what is cut off.
+      ASSERT_GE(got, std::min(depth, 6.0) - 0.5);
+      ASSERT_LE(got, 6.001);
+    }
+  }
+}
+
+TEST(SunLattice, one_that_does_not_fit_has_no_bricks) {
+  const LitGrid lit(blob({0, 0, 0}, {40, 40, 40}), Affine(), 1.0);
+  LatticeOptions options = spaced(1);
+  const SunLattice whole = build_sun_lattice(lit.grid, {0, 1, 0}, options);
+  EXPECT_GT(whole.bricks.x, 0);
+  for (const double share : {0.0, 0.01, 0.5, 0.95}) {
+    options.most_bytes = share * double(whole.memory_bytes());
+    EXPECT_EQ(build_sun_lattice(lit.grid, {0, 1, 0}, options).bricks.x, 0) << share;
+  }
+  options.most_bytes = 1e18;
+  options.spacing = {1e-4, 1e-4};
+  EXPECT_GT(sun_lattice_bytes(lit.grid, {0, 1, 0}, options), 1e14);
+}
+
+TEST(SunLattice, same_bits_for_any_number_of_threads_and_all_instruction_sets_agree) {
   const LitGrid lit(blob({3, 4, 5}, {20, 18, 16}), Affine(), 0.3);
   const Vec3d wi = normalize(Vec3d(0.3, 0.8, 0.5));
-  const SunLattice reference = build_sun_lattice(lit.grid, wi, 2.5);
-  const size_t count = size_t(reference.size.x) * size_t(reference.size.y) * size_t(reference.size.z);
+  const LatticeOptions options = spaced(0.7, 1.5);
+  const SunLattice reference = build_sun_lattice(lit.grid, wi, options);
+  const std::vector<Vec3d> points = points_of(reference, 5000);
+  for (const int threads : {1, 2, 5}) {
+    with_threads(threads, [&] {
+      const SunLattice lattice = build_sun_lattice(lit.grid, wi, options);
+      ASSERT_EQ(lattice.used, reference.used);
+      for (const Vec3d& p : points) ASSERT_EQ(sun_depth(lattice, p), sun_depth(reference, p)) << threads;
+    });
+  }
   for_each_simd_target([&](const std::string& target) {
-    const SunLattice lattice = build_sun_lattice(lit.grid, wi, 2.5);
-    ASSERT_EQ(lattice.size, reference.size);
-    for (size_t n = 0; n < count; ++n) ASSERT_NEAR(lattice.tau[n], reference.tau[n], 1e-5) << target;
+    const SunLattice lattice = build_sun_lattice(lit.grid, wi, options);
+    for (const Vec3d& p : points) {
+      const double depth = sun_depth(reference, p);
+      ASSERT_NEAR(sun_depth(lattice, p), depth, 1e-5 + 2e-4 * (depth + 0.125)) << target;
+    }
   });
+}
+
+TEST(SunLattice, columns_by_steps_come_close_to_the_exact_ones) {
+  std::mt19937 random(47);
+  VoxelSources scattered;
+  for (int n = 0; n < 27; ++n) scattered.add_random_leaf(Vec3i(n % 3, n / 3 % 3, n / 9) * 8, random, 0.5);
+  std::uniform_real_distribution<double> uniform(-0.2, 1.2);
+  const LitGrid lit(scattered, turned({1, 2, 0}, 0.4, {0.5, 0.5, 0.4}, {10, 20, 30}), 0.3);
+  for (const Vec3d& wi : directions()) {
+    double sum[2] = {0.0, 0.0};
+    for (int n = 0; n < 300; ++n) {
+      const Vec3d p = lit.at({uniform(random), uniform(random), uniform(random)});
+      const Ray local{lit.grid.local_from_world.point(p), lit.grid.local_from_world.direction(wi)};
+      for (int k = 0; k < 2; ++k) {
+        const double dt = (k == 0 ? 0.5 : 0.125) / length(local.d);
+        const double error = lit.grid.extinction * stepped_column(lit.grid, local, dt) - lit.exact(p, wi);
+        sum[k] += error * error;
+      }
+    }
+    const double scale = deepest(lit, wi);
+    EXPECT_LT(std::sqrt(sum[0] / 300), 0.01 * scale) << wi;
+    EXPECT_LT(std::sqrt(sum[1] / 300), 0.001 * scale) << wi;
+  }
+}
+
+TEST(SunLattice, densities_at_equal_steps) {
+  const LitGrid lit(blob({3, 40, -20}, {30, 24, 27}), turned({1, 2, 0}, 0.4, {0.5, 0.5, 0.4}, {10, 20, 30}),
+                    0.3);
+  std::mt19937 random(48);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  for (int n = 0; n < 100; ++n) {
+    const Vec3d a = lit.at({uniform(random), uniform(random), uniform(random)}),
+                b = lit.at({uniform(random), uniform(random), uniform(random)});
+    const Ray ray{a - 0.5 * (b - a), normalize(b - a)};
+    const double dt = 0.3;
+    std::vector<float> rho(200, -1.0f);
+    sample_density(lit.grid,
+                   {lit.grid.local_from_world.point(ray.o), lit.grid.local_from_world.direction(ray.d)}, 0.1,
+                   dt, rho);
+    for (size_t i = 0; i < rho.size(); ++i)
+      ASSERT_NEAR(rho[i], lit.density(ray.at(0.1 + double(i) * dt)), 1e-3) << n << ", " << i;
+  }
 }
 
 }  // namespace

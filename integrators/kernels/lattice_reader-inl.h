@@ -1,0 +1,92 @@
+// Optical depths of lattices, a vector of positions at a time.
+// Per-target include guard, as Highway needs it.
+#if defined(PILEUS_INTEGRATORS_KERNELS_LATTICE_READER_INL_H) == defined(HWY_TARGET_TOGGLE)
+#ifdef PILEUS_INTEGRATORS_KERNELS_LATTICE_READER_INL_H
+#undef PILEUS_INTEGRATORS_KERNELS_LATTICE_READER_INL_H
+#else
+#define PILEUS_INTEGRATORS_KERNELS_LATTICE_READER_INL_H
+#endif
+
+#include <cmath>
+#include <cstdint>
+
+#include "hwy/highway.h"
+
+#include "integrators/kernels/sun_nodes.h"
+
+HWY_BEFORE_NAMESPACE();
+namespace pileus::HWY_NAMESPACE {
+namespace hn = hwy::HWY_NAMESPACE;
+
+/// Optical depths of a lattice; positions beyond it count as its border.
+class LatticeReader {
+  using D = hn::ScalableTag<float>;
+  using DI = hn::RebindToSigned<D>;
+  using V = hn::Vec<D>;
+  using VI = hn::Vec<DI>;
+
+ public:
+  explicit LatticeReader(const SunLattice& lattice)
+      : m_nodes(lattice.nodes.get()),
+        m_offsets(lattice.offsets.data()),
+        m_stride_u(lattice.bricks.y * lattice.bricks.z),
+        m_stride_v(lattice.bricks.z) {
+    // Below the last node, so that its cell exists.
+    for (int axis = 0; axis < 3; ++axis)
+      m_last[axis] = std::nextafter(float(lattice.bricks[axis] * SunLattice::kBrickCells), 0.0f);
+  }
+
+  HWY_INLINE V read(V u, V v, V w) const {
+    const D d;
+    const DI di;
+    u = clamp(u, 0), v = clamp(v, 1), w = clamp(w, 2);
+    const VI cu = hn::ConvertTo(di, u), cv = hn::ConvertTo(di, v), cw = hn::ConvertTo(di, w);
+    const VI brick = hn::Add(hn::Add(hn::Mul(hn::ShiftRight<3>(cu), hn::Set(di, m_stride_u)),
+                                     hn::Mul(hn::ShiftRight<3>(cv), hn::Set(di, m_stride_v))),
+                             hn::ShiftRight<3>(cw));
+    const VI seven = hn::Set(di, SunLattice::kBrickCells - 1);
+    const VI cell = hn::Add(hn::Add(hn::Mul(hn::And(cu, seven), hn::Set(di, SunLattice::kStrideU)),
+                                    hn::Mul(hn::And(cw, seven), hn::Set(di, SunLattice::kStrideW))),
+                            hn::And(cv, seven));
+    const VI at = hn::Add(hn::GatherIndex(di, m_offsets, brick), cell);
+    const V fu = hn::Sub(u, hn::ConvertTo(d, cu)), fv = hn::Sub(v, hn::ConvertTo(d, cv)),
+            fw = hn::Sub(w, hn::ConvertTo(d, cw));
+    constexpr int kU = SunLattice::kStrideU, kW = SunLattice::kStrideW;
+    const V c00 = edge(at, 0, fv), c01 = edge(at, kW, fv);
+    const V c10 = edge(at, kU, fv), c11 = edge(at, kU + kW, fv);
+    return hn::Sub(lerp(lerp(c00, c01, fw), lerp(c10, c11, fw), fu), hn::Set(d, SunLattice::kOffset));
+  }
+
+ private:
+  HWY_INLINE V clamp(V x, int axis) const {
+    const D d;
+    return hn::Max(hn::Zero(d), hn::Min(x, hn::Set(d, m_last[axis])));
+  }
+
+  static HWY_INLINE V lerp(V a, V b, V s) { return hn::MulAdd(s, hn::Sub(b, a), a); }
+
+  /// Between a node and its neighbour along v: one gather brings both.
+  HWY_INLINE V edge(VI at, int distance, V fv) const {
+    const D d;
+    const DI di;
+    const auto* base = reinterpret_cast<const int32_t*>(m_nodes + distance);
+    const VI both = hn::GatherOffset(di, base, hn::ShiftLeft<1>(at));
+    const hn::RebindToUnsigned<D> du;
+    const VI bias = hn::Set(di, SunLattice::kExponentBias);
+    constexpr int kShift = SunLattice::kMantissaShift;
+    const auto bits = hn::BitCast(du, both);
+    const VI lower = hn::BitCast(di, hn::ShiftRight<16 - kShift>(hn::ShiftLeft<16>(bits)));
+    const VI upper = hn::BitCast(di, hn::ShiftLeft<kShift>(hn::ShiftRight<16>(bits)));
+    return lerp(hn::BitCast(d, hn::Add(lower, bias)), hn::BitCast(d, hn::Add(upper, bias)), fv);
+  }
+
+  const uint16_t* m_nodes;
+  const int32_t* m_offsets;
+  int m_stride_u, m_stride_v;  ///< of the table
+  float m_last[3];
+};
+
+}  // namespace pileus::HWY_NAMESPACE
+HWY_AFTER_NAMESPACE();
+
+#endif
