@@ -17,9 +17,10 @@
 namespace pileus {
 namespace {
 
-constexpr int kColumns = 24, kRows = 14;  ///< pilot rays across the picture, at first
-constexpr size_t kEnoughPilots = 32;      ///< that meet a medium
-constexpr double kPilotStep = 0.5;        ///< of the columns that count as true [cells]
+constexpr int kColumns = 24,
+              kRows = 14;             ///< pilot rays across the picture, at first
+constexpr size_t kEnoughPilots = 64;  ///< that meet a medium
+constexpr double kPilotStep = 0.5;    ///< of the columns that count as true [cells]
 
 /// A place where light is scattered towards the camera.
 struct PilotPoint {
@@ -33,20 +34,11 @@ struct PilotRay {
   std::vector<PilotPoint> points;
 };
 
-struct Pilots {
-  std::vector<PilotRay> rays;
-  /// The worst pixels err this much more than the root mean square over the pilot rays. With few points on a
-  /// ray, these do not average out as much of the error as the many samples of a ray do: that is a reserve.
-  double peak = 0.0;
-};
+using Pilots = std::vector<PilotRay>;
 
-/// How many points a ray has. Where nodes stand far apart, errors are alike along much of a ray, and few will
-/// do.
-struct PilotDensity {
-  int points_per_ray;
-  double peak;  ///< see Pilots
-};
-constexpr PilotDensity kFewPoints{4, 3.0}, kManyPoints{12, 4.5};
+/// Points on a pilot ray. Where nodes stand far apart, errors are alike along much of a ray, and few will do.
+/// More of them average out more of the error, as the many samples of a ray do.
+constexpr int kFewPoints = 4, kManyPoints = 12;
 
 Ray to_local(const MarchGrid& grid, const Ray& ray) {
   return {grid.local_from_world.point(ray.o), grid.local_from_world.direction(ray.d)};
@@ -131,18 +123,17 @@ std::vector<PilotRay> trace_rays(const World& world, const Vec2i& picture, const
 }
 
 /// Pilots as dense as it takes to meet what is small in the picture.
-Pilots trace_pilots(const World& world, const Vec2i& picture, const MarchWorld& march,
-                    const PilotDensity& density) {
-  Pilots pilots{{}, density.peak};
-  for (int finer = 1; finer <= 8 && pilots.rays.size() < kEnoughPilots; finer *= 2) {
-    pilots.rays =
-        trace_rays(world, picture, march, density.points_per_ray, {finer * kColumns, finer * kRows});
+Pilots trace_pilots(const World& world, const Vec2i& picture, const MarchWorld& march, int points) {
+  constexpr double kDensest = 8.0, kDenser = 1.5;
+  Pilots pilots;
+  for (double finer = 1.0; finer <= kDensest && pilots.size() < kEnoughPilots; finer *= kDenser) {
+    pilots = trace_rays(world, picture, march, points, {int(finer * kColumns), int(finer * kRows)});
   }
   return pilots;
 }
 
-/// Change of the light from one sun if its depth is not `exact` but `depth`; where grids overlap, of the most
-/// sensitive.
+/// Change of the light from one sun if its depth is not `exact` but `depth`;
+/// where grids overlap, of the most sensitive.
 double change_of_light(const MarchWorld& march, const std::vector<float>& weights, size_t light, double depth,
                        double exact) {
   double worst = 0.0;
@@ -159,22 +150,28 @@ double change_of_light(const MarchWorld& march, const std::vector<float>& weight
   return worst;
 }
 
-/// What wrong depths change in a pixel, at worst: depth_at(light, p) are those to be judged.
+/// What wrong depths change in a pixel, at worst: depth_at(light, p) are those to be judged. Of many pixels
+/// the worst errs several times as much as the root mean square of the pilot rays, or, where errors gather in
+/// few places, somewhat more than the worst of these.
 template <class DepthAt>
 double measured_error(const Pilots& pilots, const MarchWorld& march, DepthAt&& depth_at) {
-  if (pilots.rays.empty()) return 0.0;
-  std::vector<double> squares(pilots.rays.size());
-  parallel_for(squares.size(), [&](size_t i) {
-    const PilotRay& ray = pilots.rays[i];
+  if (pilots.empty()) return 0.0;
+  // What few points do not average out is a reserve of its own.
+  const bool has_few = pilots.front().points.size() <= size_t(kFewPoints);
+  const double of_mean = has_few ? 3.0 : 3.5, of_worst = has_few ? 1.0 : 1.3;
+  std::vector<double> errors(pilots.size());
+  parallel_for(errors.size(), [&](size_t i) {
+    const PilotRay& ray = pilots[i];
     double sum = 0.0;
     for (const PilotPoint& point : ray.points) {
       for (size_t l = 0; l < march.suns().size(); ++l)
         sum += point.share * change_of_light(march, ray.weights, l, depth_at(l, point.p), point.depths[l]);
     }
-    squares[i] = sum * sum;
+    errors[i] = std::abs(sum);
   });
-  const double total = std::accumulate(squares.begin(), squares.end(), 0.0);
-  return pilots.peak * std::sqrt(total / double(squares.size()));
+  const double squares = std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0);
+  const double mean = std::sqrt(squares / double(errors.size()));
+  return std::max(of_mean * mean, of_worst * *std::max_element(errors.begin(), errors.end()));
 }
 
 double lattice_depth(const MarchWorld& march, size_t light, const Vec3d& p) {
@@ -195,7 +192,7 @@ float enough_depth(const Pilots& pilots, const MarchWorld& march, double least) 
     }
     return true;
   };
-  for (const PilotRay& pilot : pilots.rays) {
+  for (const PilotRay& pilot : pilots) {
     while (depth < SunLattice::kDeepest && !is_enough(pilot)) depth += 0.5f;
   }
   // One more, because balancing lowers depths near the deepest a little.
@@ -235,7 +232,8 @@ bool build_lattices(MarchWorld& march, LatticeTrial& trial) {
   return true;
 }
 
-/// Along the light the depth bends less: only the density's own gradient does it.
+/// Along the light the depth bends less: only the density's own gradient does
+/// it.
 LatticeSpacing spaced(double across) {
   constexpr double kAlong = 1.5;
   return {across, kAlong * across};
@@ -251,10 +249,10 @@ class ErrorLaw {
 
   /// The spacing that would err by `allowed` where another errs by `error`.
   double spacing_for(double spacing, double error, double allowed) const {
-    constexpr double kUsual = 1.7;  // 2 where all is smooth, but clouds have details of all sizes
+    constexpr double kUsual = 2.0;  // less where there are details of all sizes
     double power = kUsual;
     if (m_spacing > 0.0)
-      power = std::clamp(std::log(error / m_error) / std::log(spacing / m_spacing), 1.2, 2.0);
+      power = std::clamp(std::log(error / m_error) / std::log(spacing / m_spacing), 1.2, 2.5);
     return spacing * std::pow(allowed / error, 1.0 / power);
   }
 
@@ -262,15 +260,18 @@ class ErrorLaw {
   double m_spacing = 0.0, m_error = 0.0;  ///< measured before
 };
 
-/// Tries lattices, finer until they are good enough; false where memory ends first.
+/// Tries lattices, finer until they are good enough; false where memory ends
+/// first.
 ///   trace: makes pilots
-bool try_lattices(const std::function<Pilots(const PilotDensity&)>& trace, double tolerance,
-                  double most_bytes, MarchWorld& march, SunlightChoice& choice) {
+bool try_lattices(const std::function<Pilots(int points)>& trace, double tolerance, double most_bytes,
+                  MarchWorld& march, SunlightChoice& choice) {
   constexpr double kFirst = 4.0, kFinest = 0.1;  // spacings across [cells]
   constexpr double kFine = 2.5;                  // spacing from which on many points tell more
   constexpr int kRounds = 5;
-  // A further lattice costs more than one that is a little too fine; a long way is gone in two steps.
-  constexpr double kCautious = 0.85, kLongest = 0.25;
+  // A further lattice costs more than one that is a little too fine. A long way
+  // is gone in two steps: the first costs little and tells where the second has
+  // to go.
+  constexpr double kCautious = 0.85, kConfident = 0.92, kLongWay = 0.4;
   constexpr double kEnoughShare = 0.02;
   const double allowed = (1.0 - kEnoughShare) * tolerance;
   Pilots pilots = trace(kFewPoints);
@@ -303,15 +304,19 @@ bool try_lattices(const std::function<Pilots(const PilotDensity&)>& trace, doubl
     }
     const double needed = law.spacing_for(choice.spacing, error, allowed);
     law.add(choice.spacing, error);
-    choice.spacing = std::max(kCautious * needed, kLongest * choice.spacing);
+    if (round == 0 && needed < kLongWay * choice.spacing) {
+      choice.spacing = std::sqrt(needed * choice.spacing);
+    } else {
+      choice.spacing = needed * (round == 0 ? kCautious : kConfident);
+    }
   }
   return false;
 }
 
 void take_shadow_rays(Pilots pilots, double tolerance, MarchWorld& march, SunlightChoice& choice) {
-  parallel_for(pilots.rays.size(), [&](size_t i) {
+  parallel_for(pilots.size(), [&](size_t i) {
     FieldCounters counters;
-    for (PilotPoint& point : pilots.rays[i].points) {
+    for (PilotPoint& point : pilots[i].points) {
       for (size_t l = 0; l < point.depths.size(); ++l)
         point.depths[l] = march.exact_depth(l, point.p, counters);
     }
@@ -329,9 +334,7 @@ void take_shadow_rays(Pilots pilots, double tolerance, MarchWorld& march, Sunlig
 
 SunlightChoice choose_sunlight(const World& world, const Vec2i& picture, double tolerance, double most_bytes,
                                MarchWorld& march) {
-  const auto trace = [&](const PilotDensity& density) {
-    return trace_pilots(world, picture, march, density);
-  };
+  const auto trace = [&](int points) { return trace_pilots(world, picture, march, points); };
   SunlightChoice choice;
   if (most_bytes > 0.0 && try_lattices(trace, tolerance, most_bytes, march, choice)) return choice;
   march.kernel.lattices.clear();

@@ -27,7 +27,8 @@ class EmptySpace {
  public:
   explicit EmptySpace(const BrickPyramid& pyramid) : m_pyramid(pyramid) {}
 
-  /// Exact to nodes of about a quarter of the box, and of the given level at least.
+  /// Exact to nodes of about a quarter of the box, and of the given level at
+  /// least.
   bool holds(const Box3d& box, size_t level) const {
     const Vec3d size = box.size();
     const double extent = std::max({size.x, size.y, size.z});
@@ -57,8 +58,9 @@ class EmptySpace {
   const BrickPyramid& m_pyramid;
 };
 
-/// Sweeps the lines of some columns of bricks, and with them the lines beside, from the sun's side down:
-/// eight cells at a time, which then become bricks. Lanes are lines that are neighbours along v.
+/// Sweeps the lines of some columns of bricks, and with them the lines beside,
+/// from the sun's side down: eight cells at a time, which then become bricks.
+/// Lanes are lines that are neighbours along v.
 class SunSweeper {
  public:
   SunSweeper(const SunSweep& sweep, const Vec2i& first, const Vec2i& end, SunBricks& bricks)
@@ -113,13 +115,15 @@ class SunSweeper {
     return box;
   }
 
-  /// A row of lines, over the cells of a brick. All of them are at the same place but for the axis along
-  /// which lanes lie, wherever they get: densities come as bilinear sums of rows of bricks.
+  /// A row of lines, over the cells of a brick. All of them are at the same
+  /// place but for the axis along which lanes lie, wherever they get: densities
+  /// come as bilinear sums of rows of bricks.
   void sweep_row(int row, int bw) {
     const D d;
     const int u = m_first.x * kCells - 1 + row, v = m_first.y * kCells - 1, w0 = bw * kCells - 1;
     const Box3d box = box_around(Vec3d(u, v, w0), Vec3d(u, v + m_columns - 1, w0 + kCells));
-    if (is_dark(row) || m_empty.holds(box, 0)) {
+    find_lit_columns(row);
+    if (m_lit_begin >= m_lit_end || m_empty.holds(box, 0)) {
       for (int level = 0; level < kCells; ++level)
         std::memcpy(row_at(level, row), row_at(kCells, row), m_pitch * sizeof(float));
       return;
@@ -145,16 +149,21 @@ class SunSweeper {
     }
   }
 
-  bool is_dark(int row) {
+  /// Lines that light still reaches at the upper end of the present cells lie
+  /// between these.
+  void find_lit_columns(int row) {
     const D d;
     const float* const tau = row_at(kCells, row);
-    V least = hn::LoadU(d, tau);
-    for (int column = int(kLanes); column < m_columns; column += int(kLanes))
-      least = hn::Min(least, hn::LoadU(d, tau + column));
-    return hn::GetLane(hn::MinOfLanes(d, least)) >= m_sweep.enough;
+    const auto is_dark = [&](int column) HWY_ATTR {
+      return hn::AllTrue(d, hn::Ge(hn::LoadU(d, tau + column), hn::Set(d, m_sweep.enough)));
+    };
+    m_lit_begin = 0, m_lit_end = m_columns;
+    while (m_lit_begin < m_lit_end && is_dark(m_lit_begin)) m_lit_begin += int(kLanes);
+    while (m_lit_begin < m_lit_end && is_dark(m_lit_end - int(kLanes))) m_lit_end -= int(kLanes);
   }
 
-  /// Adds the densities of a row of lines that begins at p to m_rho; false where there are none.
+  /// Adds the densities of a row of lines that begins at p to m_rho; false
+  /// where there are none.
   bool add_densities(const Vec3d& p) {
     const Vec3i& nodes = m_pyramid.levels().front().nodes;
     const int a = m_sweep.lane_axis, b = (a + 1) % 3, c = (a + 2) % 3;
@@ -166,10 +175,9 @@ class SunSweeper {
     const int32_t* const table =
         m_pyramid.offsets().data() + (cell[b] >> 3) * table_strides[b] + (cell[c] >> 3) * table_strides[c];
     // Bricks that lanes lie in, as far as there are any.
-    const double across = m_sweep.ev[a], end = p[a] + across * (m_columns - 1);
-    const int first = std::max(0, int(std::floor(p[a] / kCells))),
-              last = std::min(nodes[a] - 1, int(std::floor(end / kCells)));
-    int lo = first, hi = last;
+    const double across = m_sweep.ev[a];
+    const auto brick_at = [&](int column) { return int(std::floor((p[a] + across * column) / kCells)); };
+    int lo = std::max(0, brick_at(m_lit_begin)), hi = std::min(nodes[a] - 1, brick_at(m_lit_end - 1));
     while (lo <= hi && table[lo * table_strides[a]] == 0) ++lo;
     while (lo <= hi && table[hi * table_strides[a]] == 0) --hi;
     if (lo > hi) return false;
@@ -195,7 +203,8 @@ class SunSweeper {
     return true;
   }
 
-  /// The densities along a brick: eight, and the one at its end, which the next brick has first.
+  /// The densities along a brick: eight, and the one at its end, which the next
+  /// brick has first.
   template <int kStride>
   static HWY_INLINE void sum_rows(const float* values, int stride_b, int stride_c, const float* weights,
                                   float* out) {
@@ -232,8 +241,8 @@ class SunSweeper {
     const auto column_at = [&](float place) {
       return int((place - first) / across) / int(kLanes) * int(kLanes);
     };
-    const int begin = first >= 0.0f ? 0 : column_at(0.0f),
-              end = std::min(m_columns - int(kLanes), column_at(float(count)));
+    const int begin = std::max(m_lit_begin, first >= 0.0f ? 0 : column_at(0.0f)),
+              end = std::min(m_lit_end - int(kLanes), column_at(float(count)));
     for (int column = begin; column <= end; column += int(kLanes)) {
       const V at =
           hn::MulAdd(hn::Add(lane, hn::Set(d, float(column))), hn::Set(d, across), hn::Set(d, first + 1.0f));
@@ -274,7 +283,8 @@ class SunSweeper {
     std::memcpy(lattice.nodes.get() + offset, nodes, kNodes * sizeof(uint16_t));
   }
 
-  /// Whether there may be a density in some cell of the brick; rounding may move who reads it a little.
+  /// Whether there may be a density in some cell of the brick; rounding may
+  /// move who reads it a little.
   bool is_wanted(const Vec3i& brick) const {
     if (m_sweep.is_everywhere) return true;
     constexpr double kMargin = 0.01;
@@ -288,11 +298,13 @@ class SunSweeper {
     return false;
   }
 
-  /// The nodes of a brick, balanced: linear interpolation lies above a convex function by h^2/12 of its
-  /// second derivative on average. Node values lowered by as much, as their second differences tell it, leave
-  /// errors of changing sign, which cancel along a view ray (Blu, Thevenaz, Unser 2004). What light meets at
-  /// the edge of a cloud then becomes slightly negative: transmittance takes that as it is. More than
-  /// slightly is the sign of a lattice too coarse to be corrected, and would brighten: there is a floor.
+  /// The nodes of a brick, balanced: linear interpolation lies above a convex
+  /// function by h^2/12 of its second derivative on average. Node values
+  /// lowered by as much, as their second differences tell it, leave errors of
+  /// changing sign, which cancel along a view ray (Blu, Thevenaz, Unser 2004).
+  /// What light meets at the edge of a cloud then becomes slightly negative:
+  /// transmittance takes that as it is. More than slightly is the sign of a
+  /// lattice too coarse to be corrected, and would brighten: there is a floor.
   void fill_nodes(const Vec3i& brick, uint16_t* nodes) {
     const D d;
     const V six = hn::Set(d, 6.0f), twelfth = hn::Set(d, -1.0f / 12.0f);
@@ -331,7 +343,8 @@ class SunSweeper {
   }
 
   static constexpr size_t kNodes = 729;
-  static constexpr int32_t kLight = 0, kDark = SunLattice::kPitch;  ///< offsets of bricks that many share
+  static constexpr int32_t kLight = 0,
+                           kDark = SunLattice::kPitch;  ///< offsets of bricks that many share
 
   const SunSweep& m_sweep;
   SunBricks& m_bricks;
@@ -340,9 +353,11 @@ class SunSweeper {
   const Vec2i m_first, m_end;
   const int m_rows, m_columns;
   const size_t m_pitch;
-  std::vector<float> m_tau;  ///< [level][u][v]: of the present cells; the sun's side at the last level
+  std::vector<float> m_tau;  ///< [level][u][v]: of the present cells; the sun's
+                             ///< side at the last level
   std::vector<float> m_rho;  ///< densities of a row of lines, summed over steps
   std::vector<float> m_row;  ///< densities of a row of cells, behind a zero
+  int m_lit_begin = 0, m_lit_end = 0;
   uint64_t m_samples = 0;
 };
 
