@@ -17,10 +17,9 @@
 namespace pileus {
 namespace {
 
-constexpr int kColumns = 24,
-              kRows = 14;             ///< pilot rays across the picture, at first
-constexpr size_t kEnoughPilots = 64;  ///< that meet a medium
-constexpr double kPilotStep = 0.5;    ///< of the columns that count as true [cells]
+constexpr int kColumns = 24, kRows = 14;  ///< pilot rays across the picture, at first
+constexpr size_t kEnoughPilots = 64;      ///< that meet a medium
+constexpr double kPilotStep = 0.5;        ///< of the columns that count as true [cells]
 
 /// A place where light is scattered towards the camera.
 struct PilotPoint {
@@ -158,7 +157,7 @@ double measured_error(const Pilots& pilots, const MarchWorld& march, DepthAt&& d
   if (pilots.empty()) return 0.0;
   // What few points do not average out is a reserve of its own.
   const bool has_few = pilots.front().points.size() <= size_t(kFewPoints);
-  const double of_mean = has_few ? 3.0 : 3.5, of_worst = has_few ? 1.0 : 1.3;
+  const double of_mean = has_few ? 3.0 : 3.5, of_worst = has_few ? 0.7 : 1.3;
   std::vector<double> errors(pilots.size());
   parallel_for(errors.size(), [&](size_t i) {
     const PilotRay& ray = pilots[i];
@@ -183,6 +182,7 @@ double lattice_depth(const MarchWorld& march, size_t light, const Vec3d& p) {
 
 /// Depth beyond which no sun changes a pilot's pixel by more than `least`.
 float enough_depth(const Pilots& pilots, const MarchWorld& march, double least) {
+  if (pilots.empty()) return SunLattice::kDeepest;
   float depth = 1.0f;
   const auto is_enough = [&](const PilotRay& pilot) {
     for (size_t l = 0; l < march.suns().size(); ++l) {
@@ -203,7 +203,6 @@ float enough_depth(const Pilots& pilots, const MarchWorld& march, double least) 
 struct LatticeTrial {
   LatticeOptions options;
   double bytes = 0.0;
-  uint64_t samples = 0;
 };
 
 double bytes_of(const MarchWorld& march, const LatticeOptions& options) {
@@ -224,7 +223,7 @@ bool build_lattices(MarchWorld& march, LatticeTrial& trial) {
     for (const MarchGrid& grid : march.kernel.grids) {
       LatticeOptions options = trial.options;
       options.most_bytes = most_bytes - trial.bytes;
-      lattices.push_back(build_sun_lattice(grid, sun.wi, options, &trial.samples));
+      lattices.push_back(build_sun_lattice(grid, sun.wi, options));
       if (lattices.back().bricks.x == 0) return false;
       trial.bytes += double(lattices.back().memory_bytes());
     }
@@ -232,8 +231,7 @@ bool build_lattices(MarchWorld& march, LatticeTrial& trial) {
   return true;
 }
 
-/// Along the light the depth bends less: only the density's own gradient does
-/// it.
+/// Along the light the depth bends less: only the density's own gradient does it.
 LatticeSpacing spaced(double across) {
   constexpr double kAlong = 1.5;
   return {across, kAlong * across};
@@ -271,7 +269,7 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
   // A further lattice costs more than one that is a little too fine. A long way
   // is gone in two steps: the first costs little and tells where the second has
   // to go.
-  constexpr double kCautious = 0.85, kConfident = 0.92, kLongWay = 0.4;
+  constexpr double kCautious = 0.92, kConfident = 0.98, kLongWay = 0.4;
   constexpr double kEnoughShare = 0.02;
   const double allowed = (1.0 - kEnoughShare) * tolerance;
   Pilots pilots = trace(kFewPoints);
