@@ -4,6 +4,7 @@
 #include <benchmark/benchmark.h>
 
 #include "bench/micro/fixtures.h"
+#include "integrators/kernels/sun_kernel.h"
 #include "integrators/sun_lattice.h"
 #include "lib/core/parallel.h"
 

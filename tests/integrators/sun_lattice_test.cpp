@@ -9,6 +9,7 @@
 
 #include <gtest/gtest.h>
 
+#include "integrators/kernels/sun_kernel.h"
 #include "lib/core/parallel.h"
 #include "lib/volume/grid_field.h"
 #include "tests/fixtures/blob_voxels.h"
