@@ -22,17 +22,6 @@ void perlin(benchmark::State& state) {
 }
 BENCHMARK(perlin)->Name("noise/perlin");
 
-void perlin_bound(benchmark::State& state) {
-  const PerlinNoise noise(5);
-  int64_t i = 0;
-  for (auto _ : state) {
-    const Vec3d low = point(i++);
-    benchmark::DoNotOptimize(noise.bound(Box3d(low, low + Vec3d(0.05))));
-  }
-  state.SetItemsProcessed(state.iterations());
-}
-BENCHMARK(perlin_bound)->Name("noise/perlin_bound");
-
 FbmParams octaves(int64_t count) {
   FbmParams params;
   params.octaves = int(count);

@@ -4,6 +4,8 @@
 #include <cmath>
 #include <utility>
 
+#include "lib/core/error.h"
+
 namespace pileus {
 
 namespace {
@@ -51,16 +53,78 @@ uint64_t next_split_mix(uint64_t& state) {
   return z ^ (z >> 31);
 }
 
-/// One coordinate, split into the lattice cell (wrapped to the period) and the place in it.
-struct Cell {
-  int index;     ///< 0 .. kPeriod - 1
-  double place;  ///< 0 .. 1
+using Gradient = std::array<int, 3>;
 
-  explicit Cell(double x) {
+/// The number of an edge gradient: its first place in the table.
+uint8_t gradient_number(const Gradient& g) {
+  for (size_t n = 0; n < kGradients.size(); ++n) {
+    if (kGradients[n][0] == g[0] && kGradients[n][1] == g[1] && kGradients[n][2] == g[2]) return uint8_t(n);
+  }
+  PILEUS_CHECK(false);
+}
+
+/// One corner further, 60 degrees around the cube's diagonal n, across which g stands:
+///   cos 60 g + sin 60 (n / |n|) x g = (g + n x g) / 2
+Gradient next_corner(const Gradient& g, const Gradient& n) {
+  const Gradient cross{n[1] * g[2] - n[2] * g[1], n[2] * g[0] - n[0] * g[2], n[0] * g[1] - n[1] * g[0]};
+  return {(g[0] + cross[0]) / 2, (g[1] + cross[1]) / 2, (g[2] + cross[2]) / 2};
+}
+
+/// Numbers of the gradients on the walk of a lattice point: bits 0 to 3 of its hash tell the first one, bits
+/// 4 and 5 which of the four diagonals across it the walk goes around.
+std::array<uint8_t, kTurnSteps> gradient_walk(int hash) {
+  const auto& start = kGradients[size_t(hash % 16)];
+  Gradient g{start[0], start[1], start[2]}, diagonal;
+  int sign = hash & 16 ? 1 : -1;
+  for (size_t axis = 0; axis < 3; ++axis) {
+    if (g[axis] == 0) {
+      diagonal[axis] = hash & 32 ? 1 : -1;
+    } else {
+      diagonal[axis] = sign * g[axis];  // the two terms of dot(diagonal, g) cancel
+      sign = -sign;
+    }
+  }
+  std::array<uint8_t, kTurnSteps> walk;
+  for (uint8_t& number : walk) {
+    number = gradient_number(g);
+    g = next_corner(g, diagonal);
+  }
+  walk[0] = uint8_t(hash % 16);
+  return walk;
+}
+
+NoiseTables kernel_tables(const std::array<uint8_t, kPeriod>& permutation) {
+  NoiseTables tables;
+  for (size_t n = 0; n < tables.gradient[0].size(); ++n) {
+    const auto walk = gradient_walk(permutation[n % kPeriod]);
+    for (size_t step = 0; step < kTurnSteps; ++step) tables.gradient[step][n] = walk[step];
+  }
+  for (size_t n = 0; n < tables.hash.size(); ++n) {
+    tables.hash[n] = permutation[n % kPeriod];
+    tables.hash_pair[n] = permutation[n % kPeriod] | permutation[(n + 1) % kPeriod] << 8;
+    for (size_t step = 0; step < kTurnSteps; ++step) {
+      const auto& gradient = tables.gradient[step];
+      tables.gradient_pair[step][n] = int32_t(uint32_t(gradient[n]) << 24 | uint32_t(gradient[n + 1]) << 8);
+    }
+  }
+  return tables;
+}
+
+/// One coordinate, split into the lattice cell and the place in it.
+struct Cell {
+  size_t corner[2];  ///< lattice coordinates below and above, wrapped to 0 .. kPeriod - 1
+  double place;      ///< 0 .. 1
+
+  Cell(double x, int period) {
     const double whole = std::floor(x);
-    // Wrapped while still floating: the conversion to int then cannot overflow, and every step is exact.
-    index = int(whole - kPeriod * std::floor(whole / kPeriod));
     place = x - whole;
+    for (int k = 0; k < 2; ++k) {
+      double at = whole + k;
+      if (period > 0) at = std::fmod(at, period);
+      // Wrapped while still floating: the conversion then cannot overflow, and every step is exact.
+      if (at < 0 && period > 0) at += period;
+      corner[k] = size_t(at - kPeriod * std::floor(at / kPeriod));
+    }
   }
   double weight() const { return place * place * place * (place * (place * 6 - 15) + 10); }
   double weight_slope() const { return 30 * place * place * (1 - place) * (1 - place); }
@@ -74,48 +138,13 @@ NoiseSample mix(int axis, double t, double t_slope, const NoiseSample& a, const 
   return mixed;
 }
 
-NoiseSample perlin(const std::array<uint8_t, kPeriod>& permutation, const Vec3d& p) {
-  const Cell x(p.x), y(p.y), z(p.z);
-
-  // The ramp of a corner (i, j, k in {0, 1}): its gradient times the way from the corner to the point.
-  const auto corner = [&](int i, int j, int k) {
-    const int column = permutation[size_t(x.index + i) % kPeriod];
-    const int row = permutation[size_t(column + y.index + j) % kPeriod];
-    const auto& g = kGradients[permutation[size_t(row + z.index + k) % kPeriod] % kGradients.size()];
-    return NoiseSample{
-        double(g[0]) * (x.place - i) + double(g[1]) * (y.place - j) + double(g[2]) * (z.place - k),
-        Vec3d(g[0], g[1], g[2])};
-  };
-  const double u = x.weight(), v = y.weight(), w = z.weight();
-  const double du = x.weight_slope(), dv = y.weight_slope(), dw = z.weight_slope();
-  const auto edge = [&](int j, int k) { return mix(0, u, du, corner(0, j, k), corner(1, j, k)); };
-  const auto face = [&](int k) { return mix(1, v, dv, edge(0, k), edge(1, k)); };
-  return mix(2, w, dw, face(0), face(1));
-}
-
-NoiseTables kernel_tables(const std::array<uint8_t, kPeriod>& permutation) {
-  NoiseTables tables;
-  const auto hash = [&](size_t n) { return permutation[n % kPeriod]; };
-  for (size_t n = 0; n < tables.hash.size(); ++n) tables.hash[n] = hash(n);
-  for (size_t n = 0; n < tables.gradient.size(); ++n) {
-    tables.gradient[n] = uint8_t(hash(n) % kGradients.size());
-  }
-  return tables;
-}
-
-/// A box around its centre, its half extents rounded up.
-struct CentredBox {
-  Vec3d centre, half;
-
-  explicit CentredBox(const Box3d& box) : centre(0.5 * (box.min + box.max)) {
-    for (int axis = 0; axis < 3; ++axis) {
-      const double rounding = 4e-16 * std::max(std::fabs(box.min[axis]), std::fabs(box.max[axis]));
-      half[axis] = std::max(box.max[axis] - centre[axis], centre[axis] - box.min[axis]) + rounding;
-    }
-  }
-};
-
 }  // namespace
+
+NoiseTurn noise_turn(double revolutions) {
+  const double steps = kTurnSteps * (revolutions - std::floor(revolutions));
+  const int from = std::min(int(steps), kTurnSteps - 1);
+  return {from, (from + 1) % kTurnSteps, float(steps - from)};
+}
 
 PerlinNoise::PerlinNoise(uint64_t seed) : m_permutation(kPublishedPermutation) {
   if (seed != 0) {
@@ -127,27 +156,34 @@ PerlinNoise::PerlinNoise(uint64_t seed) : m_permutation(kPublishedPermutation) {
   m_tables = kernel_tables(m_permutation);
 }
 
-double PerlinNoise::value(const Vec3d& p) const {
-  return perlin(m_permutation, p).value;
+double PerlinNoise::value(const Vec3d& p, const NoiseVariant& variant) const {
+  return sample(p, variant).value;
 }
 
-NoiseSample PerlinNoise::sample(const Vec3d& p) const {
-  return perlin(m_permutation, p);
+NoiseSample PerlinNoise::sample(const Vec3d& p, const NoiseVariant& variant) const {
+  const Cell x(p.x, variant.period.x), y(p.y, variant.period.y), z(p.z, variant.period.z);
+
+  // The ramp of a corner (i, j, k in {0, 1}): its gradient times the way from the corner to the point.
+  const auto corner = [&](int i, int j, int k) {
+    const size_t column = m_permutation[x.corner[i]];
+    const size_t row = m_permutation[(column + y.corner[j]) % kPeriod];
+    const Vec3d g = gradient((row + z.corner[k]) % kPeriod, variant.turn);
+    return NoiseSample{g.x * (x.place - i) + g.y * (y.place - j) + g.z * (z.place - k), g};
+  };
+  const double u = x.weight(), v = y.weight(), w = z.weight();
+  const double du = x.weight_slope(), dv = y.weight_slope(), dw = z.weight_slope();
+  const auto edge = [&](int j, int k) { return mix(0, u, du, corner(0, j, k), corner(1, j, k)); };
+  const auto face = [&](int k) { return mix(1, v, dv, edge(0, k), edge(1, k)); };
+  return mix(2, w, dw, face(0), face(1));
 }
 
-Interval PerlinNoise::bound(const Box3d& box) const {
-  constexpr Interval kEverywhere{-kPerlinBound, kPerlinBound};
-  const CentredBox b(box);
-  const double reach = std::max({b.half.x, b.half.y, b.half.z});
-  if (!(kPerlinCubeSlope * reach < 2 * kPerlinBound)) return kEverywhere;
-  const NoiseSample centre = sample(b.centre);
-  const Vec3d& slope = centre.gradient;
-  const double tangent =
-      std::fabs(slope.x) * b.half.x + std::fabs(slope.y) * b.half.y + std::fabs(slope.z) * b.half.z;
-  const double radius =
-      kNoiseMargin + std::min({kPerlinCubeSlope * reach, kPerlinSlope * (b.half.x + b.half.y + b.half.z),
-                               tangent + 0.5 * kPerlinCubeCurvature * reach * reach});
-  return intersection({centre.value - radius, centre.value + radius}, kEverywhere);
+Vec3d PerlinNoise::gradient(size_t index, const NoiseTurn& turn) const {
+  const auto of_step = [&](int step) {
+    const auto& g = kGradients[m_tables.gradient[size_t(step)][index]];
+    return Vec3d(g[0], g[1], g[2]);
+  };
+  const Vec3d from = of_step(turn.from);
+  return turn.share == 0 ? from : from + double(turn.share) * (of_step(turn.to) - from);
 }
 
 }  // namespace pileus

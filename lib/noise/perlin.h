@@ -3,22 +3,11 @@
 #include <array>
 #include <cstdint>
 
-#include "lib/math/interval.h"
 #include "lib/math/vec.h"
 #include "lib/noise/kernels/noise_kernel.h"
+#include "lib/noise/perlin_bounds.h"
 
 namespace pileus {
-
-/// Least upper bound of |noise| over every assignment of gradients to a cell's corners, rounded up (it is
-/// 1.03635…, reached off the cell's centre). The often quoted 1 is too small.
-inline constexpr double kPerlinBound = 1.037;
-
-/// Upper bounds, over all places and assignments of gradients, of what the noise does per lattice unit;
-/// proved by subdivision in tests/lib/perlin_bound_test.cpp. n_k is the derivative along axis k, h the half
-/// edge of a cube; sums run over the axes.
-inline constexpr double kPerlinSlope = 3.8;           ///< |n_k|; 3.75 in the middle of a cell
-inline constexpr double kPerlinCubeSlope = 5.45;      ///< sum |n_k|: n differs by at most this times h
-inline constexpr double kPerlinCubeCurvature = 44.5;  ///< |sum n_kl d_k d_l| for |d_k| <= 1
 
 /// Noise and its derivatives along x, y and z.
 struct NoiseSample {
@@ -28,7 +17,10 @@ struct NoiseSample {
 
 /// Improved gradient noise: a smooth pseudo-random function of space with features about 1 unit across, C2,
 /// mean 0, |value| <= kPerlinBound, 0 at every point of the integer lattice, with period 256 along each axis.
+/// Flow: each lattice point's gradient walks around one of the two hexagons of gradients that it lies on,
+/// either way, along the edges at even speed. So it stays in the hull of the twelve: bounds hold at any time.
 /// ref:     perlin2002 (12 edge gradients, fade 6t^5 - 15t^4 + 10t^3, the published permutation)
+///          perlin2001 (flow noise: gradients that turn; theirs turn on circles, which leave the hull)
 /// threads: const, safe from many threads
 class PerlinNoise {
  public:
@@ -37,23 +29,21 @@ class PerlinNoise {
   explicit PerlinNoise(uint64_t seed = 0);
 
   /// p in lattice units; any finite coordinates. Beyond 2^52 units all points are lattice points.
-  double value(const Vec3d& p) const;
-  NoiseSample sample(const Vec3d& p) const;
-
-  /// What the noise can be in a box (lattice units): certain, to within kNoiseMargin on either side. Tight to
-  /// second order in the size of small boxes; large ones get +-kPerlinBound.
-  Interval bound(const Box3d& box) const;
+  double value(const Vec3d& p, const NoiseVariant& variant = {}) const;
+  NoiseSample sample(const Vec3d& p, const NoiseVariant& variant = {}) const;
 
   /// What the kernels read.
   const NoiseTables& tables() const { return m_tables; }
 
  private:
+  Vec3d gradient(size_t hash, const NoiseTurn& turn) const;
+
   std::array<uint8_t, 256> m_permutation;
   NoiseTables m_tables;
 };
 
-/// Bounds are wider than those of real numbers by this much, which covers the rounding of single precision
-/// (lib/noise/fbm.h) and their own.
-inline constexpr double kNoiseMargin = 1e-5;
+/// Where gradients stand after so many revolutions; the noise at 1 is that at 0, between them it flows in
+/// place.
+NoiseTurn noise_turn(double revolutions);
 
 }  // namespace pileus

@@ -2,7 +2,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <functional>
 #include <limits>
 #include <random>
@@ -10,15 +9,11 @@
 #include <gtest/gtest.h>
 
 #include "lib/noise/fbm.h"
-#include "lib/noise/perlin.h"
+#include "lib/noise/perlin_bounds.h"
+#include "tests/fixtures/slow_tests.h"
 
 namespace pileus {
 namespace {
-
-bool wants_slow_tests() {
-  const char* const value = std::getenv("PILEUS_SLOW_TESTS");
-  return value != nullptr && *value != '\0';
-}
 
 double fade(double t) {
   return t * t * t * (t * (t * 6 - 15) + 10);
@@ -165,6 +160,11 @@ TEST(PerlinBoundSlow, curvature_holds_for_every_choice_of_gradients) {
   }
 }
 
+/// Plain noise, in lattice units.
+Fbm one_octave(int seed) {
+  return Fbm({.octaves = 1, .seed = seed});
+}
+
 /// A box of random size somewhere: around lattice points, inside of cells, thin, far out.
 Box3d random_box(std::mt19937_64& random) {
   std::uniform_real_distribution<double> unit(0, 1);
@@ -207,14 +207,14 @@ Vec3d random_point(std::mt19937_64& random, const Box3d& box) {
 
 TEST(PerlinBound, boxes_hold_the_values_in_them) {
   std::mt19937_64 random(71);
-  const PerlinNoise noise(2);
+  const Fbm noise = one_octave(2);
   const int boxes = wants_slow_tests() ? 1'000'000 / 16 : 2000;
   for (int n = 0; n < boxes; ++n) {
     const Box3d box = random_box(random);
-    const Interval bound = noise.bound(box);
+    const Interval bound = noise.bound(OctaveSum::fbm, box, 1 + n % 4);
     for (int i = 0; i < 16; ++i) {
       const Vec3d p = random_point(random, box);
-      ASSERT_TRUE(bound.contains(noise.value(p))) << box.min << box.max << p;
+      ASSERT_TRUE(bound.contains(noise.value(OctaveSum::fbm, p))) << box.min << box.max << p;
     }
   }
 }
@@ -222,29 +222,32 @@ TEST(PerlinBound, boxes_hold_the_values_in_them) {
 TEST(PerlinBound, small_boxes_are_tight) {
   std::mt19937_64 random(72);
   std::uniform_real_distribution<double> coordinate(-100, 100);
-  const PerlinNoise noise;
+  const Fbm noise = one_octave(0);
   double width = 0, seen = 0;
   for (int n = 0; n < 500; ++n) {
     const Vec3d low(coordinate(random), coordinate(random), coordinate(random));
     const Box3d box(low, low + Vec3d(0.05));
     Interval values{2, -2};
     for (int i = 0; i < 64; ++i) {
-      const double value = noise.value(random_point(random, box));
+      const double value = noise.value(OctaveSum::fbm, random_point(random, box));
       values = hull(values, {value, value});
     }
-    width += noise.bound(box).width();
+    width += noise.bound(OctaveSum::fbm, box).width();
     seen += values.width();
   }
-  EXPECT_LT(width, 1.6 * seen);
+  EXPECT_LT(width, 1.3 * seen);
 }
 
 TEST(PerlinBound, large_and_infinite_boxes_get_the_bound_of_all_space) {
-  const PerlinNoise noise;
+  const Fbm noise = one_octave(0);
   const double infinity = std::numeric_limits<double>::infinity();
   for (const Box3d& box : {Box3d(Vec3d(0), Vec3d(10)), Box3d(Vec3d(-infinity), Vec3d(infinity)),
-                           Box3d(Vec3d(-1e300), Vec3d(1e300))}) {
-    EXPECT_EQ(noise.bound(box).lo, -kPerlinBound);
-    EXPECT_EQ(noise.bound(box).hi, kPerlinBound);
+                           Box3d(Vec3d(-1e300), Vec3d(1e300)), Box3d(Vec3d(-1e-9), Vec3d(1e9))}) {
+    EXPECT_NEAR(noise.bound(OctaveSum::fbm, box).lo, -kPerlinBound, 1e-4);
+    EXPECT_NEAR(noise.bound(OctaveSum::fbm, box).hi, kPerlinBound, 1e-4);
+    EXPECT_NEAR(noise.bound(OctaveSum::ridged, box).hi, 1, 1e-4);
+    EXPECT_EQ(noise.bound(OctaveSum::ridged, box).lo, 0);
+    EXPECT_EQ(noise.bound(OctaveSum::billow, box).lo, 0);
   }
 }
 

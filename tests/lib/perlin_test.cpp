@@ -1,5 +1,6 @@
 #include "lib/noise/perlin.h"
 
+#include <algorithm>
 #include <cmath>
 #include <random>
 #include <vector>
@@ -95,6 +96,45 @@ TEST(Perlin, is_defined_at_huge_coordinates) {
     const double value = noise.value(Vec3d(huge, -huge, 0.5));
     EXPECT_TRUE(std::isfinite(value)) << huge;
     EXPECT_LE(std::fabs(value), kPerlinBound);
+  }
+}
+
+TEST(Perlin, repeats_after_its_period) {
+  const PerlinNoise noise(1);
+  const NoiseVariant variant{.period = Vec3i(3, 300, 1)};
+  for (const Vec3d& p : random_points(8, 1000)) {
+    const Vec3d exact(std::round(p.x * 1024) / 1024, std::round(p.y * 1024) / 1024,
+                      std::round(p.z * 1024) / 1024);
+    EXPECT_EQ(noise.value(exact, variant), noise.value(exact + Vec3d(3, -600, 5), variant));
+  }
+  // In the middle of a period nothing changes.
+  EXPECT_EQ(noise.value(Vec3d(1.5, 7.25, 0), {.period = Vec3i(3, 300, 2)}), noise.value(Vec3d(1.5, 7.25, 0)));
+}
+
+TEST(Perlin, a_whole_turn_changes_nothing) {
+  const PerlinNoise noise;
+  for (const Vec3d& p : random_points(100, 300)) {
+    EXPECT_EQ(noise.value(p, {.turn = noise_turn(7)}), noise.value(p));
+    EXPECT_NE(noise.value(p, {.turn = noise_turn(0.25)}), noise.value(p));
+  }
+}
+
+TEST(Perlin, gradients_turn_in_their_hull_at_even_speed) {
+  const PerlinNoise noise;
+  for (const Vec3d& p : random_points(1e4, 300)) {
+    const Vec3d corner(std::floor(p.x), std::floor(p.y), std::floor(p.z));
+    const auto gradient = [&](double turn) {
+      return noise.sample(corner, {.turn = noise_turn(turn)}).gradient;
+    };
+    for (int step = 0; step < 60; ++step) {
+      const Vec3d g = gradient(step / 60.0), next = gradient((step + 1) / 60.0);
+      const Vec3d size(std::fabs(g.x), std::fabs(g.y), std::fabs(g.z));
+      ASSERT_LE(std::max({size.x, size.y, size.z}), 1 + 1e-6);
+      ASSERT_LE(size.x + size.y + size.z, 2 + 1e-6);
+      ASSERT_GE(length(g), std::sqrt(1.5) - 1e-6) << "contrast is lost";
+      ASSERT_NEAR(length(next - g), std::sqrt(2.0) / 10, 1e-6);
+    }
+    ASSERT_NEAR(length(gradient(0.5) + gradient(0)), 0, 1e-6) << "half a turn reverses";
   }
 }
 
