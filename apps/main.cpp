@@ -10,6 +10,7 @@
 #include "apps/commands.h"
 #include "apps/interrupt.h"
 #include "lib/core/error.h"
+#include "lib/core/memory_budget.h"
 #include "lib/core/registry.h"
 #include "lib/core/version.h"
 
@@ -62,6 +63,15 @@ void print(const Error& error) {
   }
 }
 
+void allow_memory(const std::string& text) {
+  const auto bytes = parse_bytes(text);
+  if (!bytes) {
+    throw Error(ErrorKind::usage, SourceLoc{},
+                fmt::format("--memory {}; expected a size such as 512M or 4G", text));
+  }
+  set_memory_budget(*bytes);
+}
+
 int run(int argc, char** argv) {
   int exit_code = kDone;
   CLI::App app("pileus renders volumetric scenes with numbers that can be trusted.", "pileus");
@@ -81,6 +91,10 @@ int run(int argc, char** argv) {
       ->type_name("FILE")
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll)
       ->each([](const std::string& file) { plugin_registry().load_library(file); });
+  app.add_option("--memory",
+                 "how much one volume may take, such as 512M or 4G (default: half of the machine's memory)")
+      ->type_name("SIZE")
+      ->each(allow_memory);
   add_render_command(app, exit_code);
   add_cloud_command(app, exit_code);
   add_info_command(app, exit_code);

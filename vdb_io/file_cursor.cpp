@@ -57,9 +57,13 @@ void FileCursor::read(void* target, size_t bytes, const char* what) {
   }
 }
 
-std::string FileCursor::get_string(const char* what) {
+std::string FileCursor::get_string(const char* what, uint32_t most) {
   const auto length = get<uint32_t>(what);
   require(length, what);
+  if (length > most) {
+    fail(fmt::format("is damaged: {} of {} bytes at byte {}; expected at most {}", what, length, m_position,
+                     most));
+  }
   std::string text(length, '\0');
   read(text.data(), length, what);
   return text;

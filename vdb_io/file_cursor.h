@@ -36,8 +36,8 @@ class FileCursor {
     return value;
   }
 
-  /// A string with a 32-bit length before it.
-  std::string get_string(const char* what);
+  /// A string with a 32-bit length before it, of at most `most` bytes.
+  std::string get_string(const char* what, uint32_t most);
 
   /// Throws Error(file) for this file.
   [[noreturn]] void fail(const std::string& message) const;

@@ -16,6 +16,11 @@ constexpr uint64_t kMagic = 0x56444220;  // "VDB " as a 64-bit little-endian num
 constexpr uint32_t kOldestVersion = 222, kNewestVersion = 224;
 constexpr char kNameSeparator = '\x1e';  // stands between a repeated grid name and its number
 constexpr uint64_t kBloscPadding = 128;  // OpenVDB pads smaller tables up to this before it packs them
+// More than any program writes, and little enough to hold.
+constexpr uint32_t kLongestName = 1 << 12;   // bytes
+constexpr uint32_t kLongestText = 1 << 24;   // bytes of a metadata text
+constexpr uint32_t kMostMetadata = 1 << 16;  // entries of the file or of a grid
+constexpr int32_t kMostGrids = 1 << 16;
 constexpr std::string_view kHalfSuffix = "_HalfFloat";
 
 /// Files that are not OpenVDB at all, told apart by their first bytes.
@@ -105,6 +110,7 @@ std::string read_metadata_value(FileCursor& file, const std::string& type, uint6
   if (value_of("vec3s", 12)) return get_numbers<float>(file, 3);
   if (value_of("vec3d", 24)) return get_numbers<double>(file, 3);
   if (type == "string") {
+    if (bytes > kLongestText) file.fail(fmt::format("is damaged: a metadata text of {} bytes", bytes));
     std::string text(bytes, '\0');
     file.read(text.data(), bytes, "a metadata text");
     return text;
@@ -115,9 +121,13 @@ std::string read_metadata_value(FileCursor& file, const std::string& type, uint6
 VdbMetadata read_metadata(FileCursor& file) {
   VdbMetadata metadata;
   const auto count = file.get<uint32_t>("the number of metadata entries");
+  if (count > kMostMetadata) {
+    file.fail(
+        fmt::format("is damaged: it claims {} metadata entries; expected at most {}", count, kMostMetadata));
+  }
   for (uint32_t i = 0; i < count; ++i) {
-    const std::string name = file.get_string("a metadata name");
-    const std::string type = file.get_string("a metadata type");
+    const std::string name = file.get_string("a metadata name", kLongestName);
+    const std::string type = file.get_string("a metadata type", kLongestName);
     const auto bytes = file.get<uint32_t>("the size of a metadata value");
     const uint64_t begin = file.position();
     file.skip(bytes, "a metadata value");
@@ -161,7 +171,7 @@ std::string value_type_of(const std::string& tree_type) {
 
 /// A text that messages and tables will show: control characters in it would reach the terminal.
 std::string get_printable(FileCursor& file, const char* what) {
-  std::string text = file.get_string(what);
+  std::string text = file.get_string(what, kLongestName);
   const auto is_bad = [](char c) {
     return std::iscntrl(static_cast<unsigned char>(c)) && c != kNameSeparator;
   };
@@ -245,7 +255,8 @@ VdbDirectory read_vdb_directory(const std::filesystem::path& path) {
   directory.metadata = read_metadata(file);
 
   const auto count = file.get<int32_t>("the number of grids");
-  if (count < 0 || uint64_t(count) > file.remaining() / 40) {  // 40 bytes: the least a directory entry takes
+  if (count < 0 || count > kMostGrids ||
+      uint64_t(count) > file.remaining() / 40) {  // 40 bytes: the least a directory entry takes
     file.fail(fmt::format("is damaged: it claims {} grids in {} bytes", count, file.size()));
   }
   std::set<std::string> names;

@@ -6,6 +6,7 @@
 #include <openvdb/io/File.h>
 
 #include "lib/core/error.h"
+#include "lib/core/memory_budget.h"
 #include "vdb_io/openvdb_library.h"
 #include "vdb_io/vdb_structure.h"
 
@@ -95,6 +96,17 @@ void require_affine(const std::filesystem::path& path, const VdbGridEntry& grid)
            "was made",
            grid.name, grid.map_type,
            grid.map_type == "NonlinearFrustumMap" ? "a frustum: voxels widen with distance" : "unknown"));
+}
+
+/// Turns away what would take more memory than allowed, before any of it is taken.
+void require_memory(const std::filesystem::path& path, const VdbGridEntry& grid,
+                    const GridStructure& structure) {
+  uint64_t needed = structure.memory_bytes;
+  if (grid.is_scalar() && grid.value_type != "float")
+    needed += structure.leaves * sizeof(float) * 512;  // a copy
+  if (needed <= memory_budget()) return;
+  fail(path, fmt::format("grid \"{}\" needs {} of memory, the budget is {}; allow more with --memory {}",
+                         grid.name, bytes_text(needed), bytes_text(memory_budget()), bytes_option(needed)));
 }
 
 /// Opens the file with OpenVDB and turns whatever it throws into an Error.
@@ -218,12 +230,20 @@ const VdbGridEntry& choose_grid(const std::filesystem::path& path, const VdbDire
                  list_grids(grids_where(directory, [](const auto&) { return true; }))));
 }
 
+openvdb::GridBase::Ptr read_vdb_grid(const std::filesystem::path& path, const VdbDirectory& directory,
+                                     const VdbGridEntry& entry) {
+  require_affine(path, entry);
+  const auto structure = check_grid_structure(path, voxel_owner(path, directory, entry));
+  if (!structure)
+    fail(path, fmt::format("grid \"{}\" holds values of type {}", entry.name, entry.value_type));
+  require_memory(path, entry, *structure);
+  return read_with_openvdb(path, entry, [&](auto& file) { return file.readGrid(entry.name); });
+}
+
 openvdb::FloatGrid::Ptr read_scalar_grid(const std::filesystem::path& path, const VdbDirectory& directory,
                                          const VdbGridEntry& entry) {
   require_scalar(path, entry);
-  require_affine(path, entry);
-  check_grid_structure(path, voxel_owner(path, directory, entry));
-  auto grid = as_float(read_with_openvdb(path, entry, [&](auto& file) { return file.readGrid(entry.name); }));
+  auto grid = as_float(read_vdb_grid(path, directory, entry));
   if (!grid)
     fail(path, fmt::format("grid \"{}\" is not of the type {} it claims", entry.name, entry.value_type));
   return grid;

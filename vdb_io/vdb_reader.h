@@ -39,6 +39,11 @@ const VdbGridEntry& choose_grid(const std::filesystem::path& path, const VdbDire
 ///         grids, bad values under BadValuePolicy::refuse, a background that is not 0
 DensityGrid read_density_grid(const std::filesystem::path& path, const VdbReadOptions& options = {});
 
+/// Any grid of numbers or vectors that check_grid_structure knows, as the file has it.
+/// errors: Error(file) for damaged files, other types, frustum transforms, trees larger than memory_budget()
+openvdb::GridBase::Ptr read_vdb_grid(const std::filesystem::path& path, const VdbDirectory& directory,
+                                     const VdbGridEntry& entry);
+
 /// Any scalar grid of the file as float, otherwise unchanged: what an inspection looks at.
 /// errors: Error(file) for damaged files, other types, frustum transforms
 openvdb::FloatGrid::Ptr read_scalar_grid(const std::filesystem::path& path, const VdbDirectory& directory,

@@ -16,6 +16,7 @@
 namespace pileus {
 namespace {
 
+constexpr uint64_t kNodeOverhead = 128;  // bytes: a node's own members, and what malloc adds
 constexpr uint32_t kZip = 1, kActiveMask = 2, kBlosc = 4;
 
 /// How a node's inactive values are stored in front of its block (the numbers are the file format's).
@@ -128,6 +129,10 @@ class StructureWalk {
   template <int kLog2Dim, int kChildSize>
   void read_internal(const Vec3i& origin) {
     ++m_structure.internal_nodes;
+    constexpr uint64_t kEntries = uint64_t(1)
+                                  << (3 * kLog2Dim);  // each a value or a pointer, beside two masks
+    m_structure.memory_bytes +=
+        kEntries * std::max<uint64_t>(m_value_bytes, sizeof(void*)) + kEntries / 4 + kNodeOverhead;
     Mask<kLog2Dim> children, active;
     m_file.read(&children, sizeof children, "a node's child mask");
     m_file.read(&active, sizeof active, "a node's value mask");
@@ -152,6 +157,7 @@ class StructureWalk {
     m_file.read(&active, sizeof active, "a leaf's mask");
     m_leaves.push_back({origin, active.count()});
     ++m_structure.leaves;
+    m_structure.memory_bytes += leaf_bytes();
     m_structure.active_voxels += m_leaves.back().active;
     active.for_each(
         [&](int x, int y, int z) { m_structure.active_bounds.extendBy(origin + Vec3i(x, y, z)); });
@@ -167,6 +173,12 @@ class StructureWalk {
     } else {
       skip_values(sizeof(LeafMask), 512, leaf.active);
     }
+  }
+
+  uint64_t leaf_bytes() const {
+    constexpr uint64_t kVoxels = 512;
+    const uint64_t values = m_grid.value_type == "bool" ? kVoxels / 8 : kVoxels * m_value_bytes;
+    return values + sizeof(LeafMask) + kNodeOverhead;
   }
 
   /// A node's values: how inactive ones look, then the block itself.

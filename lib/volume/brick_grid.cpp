@@ -7,9 +7,9 @@
 #include <map>
 
 #include <fmt/format.h>
-#include <unistd.h>
 
 #include "lib/core/error.h"
+#include "lib/core/memory_budget.h"
 #include "lib/core/parallel.h"
 
 namespace pileus {
@@ -230,11 +230,11 @@ class BrickGridBuilder {
 
   static void check_memory(double bricks) {
     const double needed = bricks * BrickGrid::kPitch * sizeof(float);
-    const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
-    if (needed <= 0.5 * memory) return;
+    if (needed <= double(memory_budget())) return;
     throw Error(ErrorKind::failed, SourceLoc{},
-                fmt::format("its bricks need {:.0f} GB, of {:.0f} GB here; clip the grid to its visible part",
-                            needed * 1e-9, memory * 1e-9));
+                fmt::format("its bricks need {}, the memory budget is {} (--memory); clip the grid to its "
+                            "visible part",
+                            bytes_text(uint64_t(std::min(needed, 1e19))), bytes_text(memory_budget())));
   }
 
   /// The order of blocks, and with it of all that follows, comes from their places alone.

@@ -120,8 +120,8 @@ struct VoxelTile {
 
 /// Builds the grid from leaves and tiles that do not overlap; their values are finite and >= 0. Uses
 /// parallel_for; the result does not depend on threads or on the order of the sources.
-/// errors: Error(failed) where the bricks need more memory than half of what the machine has, or where voxels
-/// lie within 2^13 of the ends of the integers
+/// errors: Error(failed) where the bricks need more memory than the budget (lib/core/memory_budget.h), or where
+/// voxels lie within 2^13 of the ends of the integers
 BrickGrid build_brick_grid(std::span<const VoxelLeaf> leaves, std::span<const VoxelTile> tiles);
 
 }  // namespace pileus

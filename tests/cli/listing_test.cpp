@@ -120,7 +120,7 @@ voxel_size = 0.1
   output({"cloud", "cloud.toml", "-o", "cloud.vdb", "--quiet"});
   const Json json = Json::parse(output({"info", "cloud.vdb", "--json"}));
   for (const char* key :
-       {"file", "bytes", "file_version", "library_version", "creator", "default_grid", "warnings"}) {
+       {"file", "bytes", "file_version", "library_version", "creator", "default_grid", "findings"}) {
     EXPECT_TRUE(json.contains(key)) << key;
   }
   ASSERT_EQ(json.at("grids").size(), 1u);

@@ -20,9 +20,12 @@ const GridReport& find(const VdbReport& report, const std::string& name) {
   return *found;
 }
 
-std::string all(const std::vector<std::string>& sentences) {
+/// What the inspection complains about, for one grid or ("") for the file as a whole.
+std::string complaints(const VdbReport& report, const std::string& grid = "") {
   std::string text;
-  for (const std::string& sentence : sentences) text += sentence + "\n";
+  for (const Finding& finding : report.findings) {
+    if (finding.grid == grid) text += finding.message + "; " + finding.scene + "\n";
+  }
   return text;
 }
 
@@ -39,19 +42,20 @@ TEST(Inspect, lists_all_grids_of_a_gas_cache) {
   EXPECT_EQ(density.structure->active_bounds.size() + Vec3i(1), Vec3i(51, 71, 29));
   EXPECT_NEAR(density.voxel_size->x, 0.8, 1e-6);
   EXPECT_EQ(density.entry.compression, 4u);
-  expect_mentions(all(find(report, "flame").warnings), "is empty (0 active voxels");
-  expect_mentions(all(find(report, "velocity").warnings), "holds vec3s values");
+  expect_mentions(complaints(report, "flame"), "is empty (0 active voxels");
+  expect_mentions(complaints(report, "velocity"), "holds vec3s values");
   EXPECT_GT(find(report, "velocity").structure->active_voxels, 0u);
 }
 
 TEST(Inspect, knows_the_points_and_the_level_set) {
   PILEUS_REAL_FILE(points, "vdb/points.vdb");
-  expect_mentions(all(inspect_vdb(points).grids.at(0).warnings), "holds points");
+  expect_mentions(complaints(inspect_vdb(points), "points"), "holds points");
   PILEUS_REAL_FILE(sphere, "vdb/sphere_levelset.vdb");
-  const GridReport level_set = inspect_vdb(sphere).grids.at(0);
+  const VdbReport report = inspect_vdb(sphere);
+  const GridReport& level_set = report.grids.at(0);
   EXPECT_EQ(level_set.structure->active_voxels, 270638u);
   EXPECT_NEAR(level_set.values->min, -0.1495, 1e-3);
-  expect_mentions(all(level_set.warnings), "write `level_set = \"fog\"`");
+  expect_mentions(complaints(report, "ls_sphere"), "level_set = \"fog\"");
   EXPECT_FALSE(level_set.values->max_column);
 }
 
@@ -92,10 +96,10 @@ TEST_F(InspectFile, bad_values_get_a_warning_with_the_fix) {
   grid->tree().setValueOn(Coord(0), std::numeric_limits<float>::quiet_NaN());
   grid->tree().setValueOn(Coord(1), -1.0f);
   write_with_openvdb(path, {grid});
-  const GridReport report = inspect_vdb(path).grids.at(0);
-  EXPECT_EQ(report.values->nan, 1u);
-  EXPECT_EQ(report.values->negative, 1u);
-  expect_mentions(all(report.warnings), "`nan = \"zero\"`");
+  const VdbReport report = inspect_vdb(path);
+  EXPECT_EQ(report.grids.at(0).values->nan, 1u);
+  EXPECT_EQ(report.grids.at(0).values->negative, 1u);
+  expect_mentions(complaints(report, "density"), "nan = \"zero\"");
 }
 
 TEST_F(InspectFile, an_undecided_file_says_so) {
@@ -105,7 +109,7 @@ TEST_F(InspectFile, an_undecided_file_says_so) {
   write_with_openvdb(path, {heat, soot});
   const VdbReport report = inspect_vdb(path);
   EXPECT_EQ(report.default_grid, "");
-  expect_mentions(all(report.warnings), "`grid = \"...\"`");
+  expect_mentions(complaints(report), "grid = \"heat\"");
   EXPECT_EQ(inspect_vdb(path, "soot").grids.size(), 1u);
   expect_mentions(error_of([&] { inspect_vdb(path, "sot"); }), "nearest: soot");
 }
@@ -116,7 +120,7 @@ TEST_F(InspectFile, suspicious_sizes_get_a_scale) {
   grid->tree().setValueOn(Coord(99, 0, 0), 1.0f);
   grid->setTransform(openvdb::math::Transform::createLinearTransform(5e-5));
   write_with_openvdb(path, {grid});
-  expect_mentions(all(inspect_vdb(path).grids.at(0).warnings), "`scale = [2000, 2000, 2000]`");
+  expect_mentions(complaints(inspect_vdb(path), "density"), "scale = [2000, 2000, 2000]");
 }
 
 TEST_F(InspectFile, summary_frames_a_slab) {
