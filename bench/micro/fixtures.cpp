@@ -4,6 +4,7 @@
 #include <map>
 
 #include "lib/freeform/free_form.h"
+#include "lib/freeform/shapes.h"
 #include "vdb_io/build_cloud.h"
 #include "vdb_io/grid_to_field.h"
 #include "vdb_io/openvdb_library.h"

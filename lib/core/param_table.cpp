@@ -54,6 +54,14 @@ Param& ParamTable::points(std::string name, std::vector<Vec2d>& target, std::str
 Param& ParamTable::reference(std::string name, std::string& target, std::string section, std::string help) {
   return add(std::move(name), "", std::move(help), ReferenceSlot{std::move(section), &target});
 }
+Param& ParamTable::references(std::string name, std::vector<std::string>& targets, std::string section,
+                              std::string help) {
+  return add(std::move(name), "", std::move(help), ReferenceListSlot{std::move(section), &targets});
+}
+Param& ParamTable::group_list(std::string name, std::function<void(ParamTable&)> describe_next,
+                              std::string help) {
+  return add(std::move(name), "", std::move(help), GroupListSlot{std::move(describe_next)});
+}
 Param& ParamTable::group(std::string name, std::function<void(ParamTable&)> describe, std::string help) {
   return add(std::move(name), "", std::move(help), GroupSlot{std::move(describe)});
 }
@@ -69,8 +77,10 @@ std::string type_name(const Param& param) {
                         [](Vec3d*) -> std::string { return "[number, number, number]"; },
                         [](std::vector<Vec2d>*) -> std::string { return "[[number, number], ...]"; },
                         [](const ReferenceSlot& slot) { return "name of a " + slot.section; },
+                        [](const ReferenceListSlot& slot) { return "list of names of a " + slot.section; },
                         [](const PluginSlot& slot) { return slot.kind + " plugin"; },
                         [](const GroupSlot&) -> std::string { return "table"; },
+                        [](const GroupListSlot&) -> std::string { return "list of tables"; },
                     },
                     param.target);
 }
@@ -92,8 +102,10 @@ std::string value_text(const Param& param) {
             return fmt::format("{}", pairs);
           },
           [](const ReferenceSlot& slot) { return fmt::format("\"{}\"", *slot.target); },
+          [](const ReferenceListSlot& slot) { return fmt::format("{}", *slot.targets); },
           [](const PluginSlot& slot) { return fmt::format("{{ type = \"{}\" }}", slot.default_name); },
           [](const GroupSlot&) { return std::string(); },
+          [](const GroupListSlot&) { return std::string("[]"); },
       },
       param.target);
 }

@@ -28,15 +28,27 @@ struct GroupSlot {
   std::function<void(ParamTable&)> describe;
 };
 
+/// A parameter that is a list of such tables: `perturb = [ { factor = 0.8 }, { factor = -1 } ]`.
+struct GroupListSlot {
+  std::function<void(ParamTable&)> describe_next;  ///< appends an element and describes it
+};
+
 /// A parameter that names another object of the scene: `bounds = "blob"` refers to `[freeform.blob]`.
 struct ReferenceSlot {
   std::string section;  ///< the scene section that holds the objects, such as "freeform"
   std::string* target;
 };
 
+/// A parameter that names several: `union = ["head", "body"]`.
+struct ReferenceListSlot {
+  std::string section;
+  std::vector<std::string>* targets;
+};
+
 /// Where a parameter's value goes. A path is made relative to the scene file that names it.
-using ParamTarget = std::variant<bool*, int*, double*, std::string*, std::filesystem::path*, Vec2i*, Vec3d*,
-                                 std::vector<Vec2d>*, ReferenceSlot, PluginSlot, GroupSlot>;
+using ParamTarget =
+    std::variant<bool*, int*, double*, std::string*, std::filesystem::path*, Vec2i*, Vec3d*,
+                 std::vector<Vec2d>*, ReferenceSlot, ReferenceListSlot, PluginSlot, GroupSlot, GroupListSlot>;
 
 /// One end of a parameter's range.
 struct ParamLimit {
@@ -78,7 +90,14 @@ class ParamTable {
   /// A list of pairs, such as a profile [[x, y], …].
   Param& points(std::string name, std::vector<Vec2d>& target, std::string unit, std::string help);
   Param& reference(std::string name, std::string& target, std::string section, std::string help);
+  Param& references(std::string name, std::vector<std::string>& targets, std::string section,
+                    std::string help);
   Param& group(std::string name, std::function<void(ParamTable&)> describe, std::string help);
+  Param& group_list(std::string name, std::function<void(ParamTable&)> describe_next, std::string help);
+
+  /// Of these parameters a scene gives one and no more.
+  void exactly_one_of(std::vector<std::string> names) { m_alternatives.push_back(std::move(names)); }
+  const std::vector<std::vector<std::string>>& alternatives() const { return m_alternatives; }
 
   /// A parameter that is a plugin of Kind; `target` (to Kind or const Kind) receives a fresh one, configured
   /// from the scene.
@@ -99,6 +118,7 @@ class ParamTable {
   Param& add(std::string name, std::string unit, std::string help, ParamTarget target);
 
   std::vector<Param> m_params;
+  std::vector<std::vector<std::string>> m_alternatives;
 };
 
 /// "number", "rgb", … as listings name a parameter's type.

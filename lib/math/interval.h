@@ -1,6 +1,8 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
+#include <limits>
 
 namespace pileus {
 
@@ -8,8 +10,19 @@ namespace pileus {
 struct Interval {
   double lo = 0.0, hi = 0.0;
 
+  static Interval everything() {
+    return {-std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+  }
+
   bool contains(double x) const { return lo <= x && x <= hi; }
   double width() const { return hi - lo; }
+  double magnitude() const { return std::max(std::fabs(lo), std::fabs(hi)); }
+
+  /// The interval with a margin on both sides; everything where that is not a number.
+  Interval widened(double margin) const {
+    const Interval wide{lo - margin, hi + margin};
+    return wide.lo <= wide.hi ? wide : everything();
+  }
 };
 
 inline Interval operator+(const Interval& a, const Interval& b) {

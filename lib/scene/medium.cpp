@@ -1,5 +1,6 @@
 #include "lib/scene/medium.h"
 
+#include <cmath>
 #include <numbers>
 
 namespace pileus {
@@ -33,8 +34,14 @@ Affine Placement::world_from_object() const {
   about_x.setAxisAngle(Vec3d(1, 0, 0), r.x);
   about_y.setAxisAngle(Vec3d(0, 1, 0), r.y);
   about_z.setAxisAngle(Vec3d(0, 0, 1), r.z);
-  const Affine rotation = Affine(about_z) * Affine(about_y) * Affine(about_x);
-  return Affine::translation(translate) * rotation * Affine::scaling(scale);
+  Imath::M44d rotation = (Affine(about_z) * Affine(about_y) * Affine(about_x)).matrix();
+  // A quarter turn leaves rounding where zeros belong; axes that stay along the axes keep bounds finite.
+  for (int row = 0; row < 3; ++row) {
+    for (int column = 0; column < 3; ++column) {
+      if (std::fabs(rotation[row][column]) < 1e-15) rotation[row][column] = 0.0;
+    }
+  }
+  return Affine::translation(translate) * Affine(rotation) * Affine::scaling(scale);
 }
 
 }  // namespace pileus

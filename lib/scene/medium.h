@@ -14,7 +14,7 @@
 
 namespace pileus {
 
-struct FreeForm;
+class FreeForm;
 
 /// The scene's `[freeform.NAME]` objects, which volumes refer to by name.
 using FreeForms = std::map<std::string, FreeForm>;

@@ -6,6 +6,8 @@
 #include <optional>
 #include <tuple>
 
+#include <fmt/ranges.h>
+
 #include "lib/core/overload.h"
 
 namespace pileus {
@@ -100,6 +102,7 @@ void ParamReader::read(const toml::table& table, ParamTable& params, const std::
   std::vector<std::string> known = reserved;
   for (const Param& param : params.params()) known.push_back(param.name);
 
+  bool all_known = true;
   for (const auto& [key, node] : table) {
     const std::string_view name = key.str();
     if (std::find(reserved.begin(), reserved.end(), name) != reserved.end()) continue;
@@ -108,9 +111,20 @@ void ParamReader::read(const toml::table& table, ParamTable& params, const std::
     if (param == params.params().end()) {
       problem(loc(key.source()),
               fmt::format("{}: unknown parameter \"{}\"; {}", owner, name, alternatives(name, known)));
+      all_known = false;
     } else {
       set(*param, node, owner);
     }
+  }
+  for (const std::vector<std::string>& names : params.alternatives()) {
+    std::vector<std::string> given;
+    for (const std::string& name : names) {
+      if (table.contains(name)) given.push_back(name);
+    }
+    if (given.size() == 1 || (given.empty() && !all_known)) continue;  // a misspelt name has been told
+    problem(loc(table), fmt::format("{} has {}; expected exactly one of {}", owner,
+                                    given.empty() ? "none" : fmt::format("{}", fmt::join(given, " and ")),
+                                    join_or(names)));
   }
   for (Param& param : params.params()) {
     if (table.contains(param.name)) continue;
@@ -197,6 +211,20 @@ void ParamReader::set(Param& param, const toml::node& node, const std::string& o
             *slot.target = text->get();
             m_references.push_back({at, owner, slot.section, text->get()});
           },
+          [&](const ReferenceListSlot& slot) {
+            const toml::array* array = node.as_array();
+            if (!array) return expected(fmt::format("a list of names [\"{}\", ...]", slot.section));
+            slot.targets->clear();
+            for (const toml::node& element : *array) {
+              const auto* text = element.as_string();
+              if (!text) {
+                return problem(loc(element), fmt::format("{}: {} holds {}; expected the name of a {}", owner,
+                                                         param.name, describe_node(element), slot.section));
+              }
+              slot.targets->push_back(text->get());
+              m_references.push_back({loc(element), owner, slot.section, text->get()});
+            }
+          },
           [&](const PluginSlot& slot) { slot.assign(make_plugin(slot.kind, node, owner)); },
           [&](const GroupSlot& slot) {
             const toml::table* table = node.as_table();
@@ -204,6 +232,23 @@ void ParamReader::set(Param& param, const toml::node& node, const std::string& o
             ParamTable group;
             slot.describe(group);
             read(*table, group, fmt::format("{}: {}", owner, param.name));
+          },
+          [&](const GroupListSlot& slot) {
+            const toml::array* array = node.as_array();
+            if (!array) return expected("a list of tables [{ ... }, ...]");
+            for (size_t i = 0; i < array->size(); ++i) {
+              const toml::node& element = (*array)[i];
+              const std::string self = fmt::format("{}: {} {}", owner, param.name, i + 1);
+              const toml::table* table = element.as_table();
+              if (!table) {
+                problem(loc(element),
+                        fmt::format("{} is {}; expected a table {{ ... }}", self, describe_node(element)));
+                continue;
+              }
+              ParamTable group;
+              slot.describe_next(group);
+              read(*table, group, self);
+            }
           },
       },
       param.target);

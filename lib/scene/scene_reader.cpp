@@ -3,6 +3,7 @@
 #include <iterator>
 #include <sstream>
 
+#include "lib/scene/free_form_recipe.h"
 #include "lib/scene/key_depth.h"
 #include "lib/scene/param_reader.h"
 #include "lib/scene/scene.h"
@@ -116,6 +117,7 @@ class SceneReader {
     m_scene.objects = read_named<Shape>();
     read_freeforms();
     check_references();
+    make_freeforms();
     if (!m_reader.problems().empty()) throw Error(ErrorKind::scene, m_reader.sorted_problems());
     m_scene.files = m_reader.files();
     return std::move(m_scene);
@@ -221,11 +223,45 @@ class SceneReader {
                          fmt::format("{} is {}; expected a table", owner, describe_node(node)));
         continue;
       }
-      FreeForm freeform;
+      FreeFormRecipe& recipe = m_freeforms[name];
       ParamTable params;
-      freeform.describe(params);
+      recipe.describe(params);
+      const size_t problems_before = m_reader.problems().size();
       m_reader.read(*node.as_table(), params, owner);
-      m_scene.freeforms.emplace(name, freeform);
+      if (m_reader.problems().size() != problems_before) continue;
+      std::vector<std::string> complaints;
+      recipe.check(complaints);
+      for (const std::string& complaint : complaints) {
+        m_reader.problem(m_reader.loc(node), fmt::format("{}: {}", owner, complaint));
+      }
+    }
+  }
+
+  /// Where a free form names another.
+  SourceLoc place_of_operand(const std::string& name, const std::string& operand) const {
+    const std::string owner = fmt::format("{} \"{}\"", kFreeFormSection, name);
+    for (const PendingReference& reference : m_reader.references()) {
+      if (reference.owner.find(owner) == 0 && reference.name == operand) return reference.loc;
+    }
+    return {};
+  }
+
+  /// Makes the free forms where nothing is wrong with them.
+  void make_freeforms() {
+    if (const auto cycle = find_cycle(m_freeforms)) {
+      m_reader.problem(
+          place_of_operand(cycle->name, cycle->operand),
+          fmt::format("{} \"{}\" is made of itself: {}; expected free forms that do not lead back",
+                      kFreeFormSection, cycle->name, cycle->path));
+    }
+    if (!m_reader.problems().empty()) return;
+    std::vector<std::string> too_large;
+    m_scene.freeforms = make_free_forms(m_freeforms, too_large);
+    const toml::table* table = section(kFreeFormSection);
+    for (const std::string& name : too_large) {
+      m_reader.problem(m_reader.loc(*table->get(name)),
+                       fmt::format("{} \"{}\" is made of more than 20000 functions; expected fewer",
+                                   kFreeFormSection, name));
     }
   }
 
@@ -245,10 +281,11 @@ class SceneReader {
     }
   }
 
-  static constexpr const char* kFreeFormSection = "freeform";
+  static constexpr const char* kFreeFormSection = FreeFormRecipe::kSection;
 
   const toml::table& m_root;
   ParamReader m_reader;
+  FreeFormRecipes m_freeforms;
   Scene m_scene;
 };
 

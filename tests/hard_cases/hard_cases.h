@@ -153,6 +153,7 @@ void add_opacity_checks(Checks& checks);
 void add_compositing_checks(Checks& checks);
 void add_phase_checks(Checks& checks);
 void add_roots_checks(Checks& checks);
+void add_forms_checks(Checks& checks);
 void add_trilinear_checks(Checks& checks);
 void add_shading_checks(Checks& checks);
 

@@ -14,6 +14,7 @@ const Checks& checks() {
     add_compositing_checks(made);
     add_phase_checks(made);
     add_roots_checks(made);
+    add_forms_checks(made);
     add_trilinear_checks(made);
     add_shading_checks(made);
     return made;
@@ -25,8 +26,6 @@ const Checks& checks() {
 const std::map<std::string, std::string>& unchecked() {
   static const std::map<std::string, std::string> reasons{
       {"FOG", "fog is a medium like any other; no closed form of a fade factor or a lit layer is used"},
-      {"PRT", "free forms have no perturbations yet"},
-      {"SET", "free forms have no set operations and no morphing yet"},
       {"HMP", "there is no terrain yet"},
       {"OCT", "opacities are never averaged over an octree: OCT-08 shows the bias"},
       {"DDA", "not a matter of arithmetic alone: belongs to the traversal of grids"},

@@ -10,14 +10,14 @@
 #include <gtest/gtest.h>
 
 #include "lib/core/param_table.h"
+#include "lib/freeform/shapes.h"
+#include "lib/math/affine.h"
 
 namespace pileus {
 namespace {
 
 FreeForm blob() {
-  FreeForm form;
-  form.base = ellipsoid({0, 1.6, 0}, {3, 1.6, 2.2});
-  return form;
+  return ellipsoid({0, 1.6, 0}, {3, 1.6, 2.2});
 }
 
 std::vector<std::string> problems_of(std::vector<Vec2d> height_profile) {
@@ -138,8 +138,7 @@ TEST(ProceduralCloud, empty_boxes_hold_nothing) {
 }
 
 TEST(ProceduralCloud, scales_with_its_free_form) {
-  FreeForm large = blob();
-  large.base.center *= 1024, large.base.size *= 1024;  // the automatic frequency follows
+  const FreeForm large = placed(blob(), Affine::scaling(Vec3d(1024)));  // the automatic frequency follows
   const ProceduralCloud small_cloud(CloudRecipe{}, blob()), large_cloud(CloudRecipe{}, large);
   for (const double x : {-2.0, -1.0, 0.0, 0.7}) {
     EXPECT_EQ(small_cloud.density({x, 1.9, 0.2}), large_cloud.density(1024.0 * Vec3d(x, 1.9, 0.2)));

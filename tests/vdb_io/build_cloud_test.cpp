@@ -10,13 +10,13 @@
 
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
+#include "lib/freeform/shapes.h"
 
 namespace pileus {
 namespace {
 
 ProceduralCloud small_cloud(const Vec3d& center = {0.3, 1.6, -0.1}) {
-  FreeForm form;
-  form.base = ellipsoid(center, {3, 1.6, 2.2});
+  const FreeForm form = ellipsoid(center, {3, 1.6, 2.2});
   return {CloudRecipe{}, form};
 }
 
@@ -70,8 +70,7 @@ TEST(BuildCloud, is_a_fog_volume_that_other_programs_understand) {
 TEST(BuildCloud, is_sparse) {
   CloudRecipe recipe;
   recipe.erosion = 0;  // a smooth solid: its core saturates
-  FreeForm form;
-  form.base = ellipsoid({0, 0, 0}, {2, 2, 2});
+  const FreeForm form = ellipsoid({0, 0, 0}, {2, 2, 2});
   const auto grid = build_cloud({recipe, form}, voxels_of(0.04));
   EXPECT_GT(grid->tree().activeTileCount(), 0u);
   EXPECT_LT(grid->tree().leafCount(), 13u * 13u * 13u);
@@ -119,8 +118,7 @@ TEST(BuildCloud, refuses_voxels_so_large_that_none_is_inside) {
 TEST(BuildCloud, refuses_what_is_too_far_out_or_has_no_size) {
   EXPECT_NE(refusal(small_cloud({1e9, 0, 0}), voxels_of(0.1)).find("too far out"), std::string::npos);
   EXPECT_NE(refusal(small_cloud({1e300, 0, 0}), voxels_of(0.1)), "");
-  FreeForm endless;
-  endless.base = ellipsoid({0, 0, 0}, {1e308, 1e308, 1e308});
+  const FreeForm endless = ellipsoid({0, 0, 0}, {1e308, 1e308, 1e308});
   EXPECT_NE(refusal({CloudRecipe{}, endless}, voxels_of(0.1)).find("expected finite lengths"),
             std::string::npos);
 }
