@@ -38,9 +38,7 @@ Interval product(const Interval& a, const Interval& b) {
 /// Box of a rectangle (u, v), turned: (c u + s v, c v - s u).
 std::pair<Interval, Interval> turned(const Interval& u, const Interval& v, double angle) {
   const double c = std::cos(angle), s = std::sin(angle);
-  const auto sum = [](const Interval& a, const Interval& b) {
-    return Interval{a.lo + b.lo, a.hi + b.hi};
-  };
+  const auto sum = [](const Interval& a, const Interval& b) { return Interval{a.lo + b.lo, a.hi + b.hi}; };
   return {sum(product({c, c}, u), product({s, s}, v)), sum(product({c, c}, v), product({-s, -s}, u))};
 }
 

@@ -26,8 +26,7 @@ Interval sum(const Interval& a, const Interval& b) {
 }
 
 Interval scaled(double factor, const Interval& a) {
-  return factor >= 0 ? Interval{factor * a.lo, factor * a.hi}
-                     : Interval{factor * a.hi, factor * a.lo};
+  return factor >= 0 ? Interval{factor * a.lo, factor * a.hi} : Interval{factor * a.hi, factor * a.lo};
 }
 
 /// Hull of w a for 0 <= w <= most.
@@ -202,8 +201,8 @@ class RaySolver {
     double at_lower = f(index, t.lo), at_upper = f(index, t.hi);
     for (int step = 0; step < 200; ++step) {
       const bool halves = step % 3 == 2;
-      double next = halves ? 0.5 * t.lo + 0.5 * t.hi
-                           : t.lo - at_lower * ((t.hi - t.lo) / (at_upper - at_lower));
+      double next =
+          halves ? 0.5 * t.lo + 0.5 * t.hi : t.lo - at_lower * ((t.hi - t.lo) / (at_upper - at_lower));
       if (!(t.lo < next && next < t.hi)) next = 0.5 * t.lo + 0.5 * t.hi;
       if (!(t.lo < next && next < t.hi)) break;
       const double value = f(index, next);
