@@ -103,7 +103,7 @@ uint64_t samples_of(const std::vector<RayResult>& results) {
 }
 
 double bytes_of_values(const MarchWorld& march, size_t grid) {
-  return double(march.kernel.grids[grid].pyramid->grid().all_values().size_bytes());
+  return double(march.kernel.grids[grid].pyramid->bytes_of_values());
 }
 
 /// Steps follow from the tolerance, not from the voxels: where a grid is smooth a coarser level saves memory

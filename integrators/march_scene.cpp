@@ -4,8 +4,11 @@
 #include <cmath>
 #include <limits>
 
+#include <fmt/format.h>
+
 #include "integrators/lighting.h"
 #include "lib/core/build_features.h"
+#include "lib/volume/quantized_bricks.h"
 
 namespace pileus {
 namespace {
@@ -26,26 +29,99 @@ bool solids_shadow_media(const World& world) {
   return false;
 }
 
+/// What 16-bit densities change: of optical depths, and of column densities that glow.
+struct StorageError {
+  double depth, column;
+};
+
+/// Errors of neighbouring voxels are like independent ones, uniform within half a step, and add up along a
+/// ray as their squares do, three times their mean square at worst; what neighbours have in common
+/// (mean_error) adds up itself. Of depths, little is seen behind two.
+StorageError storage_error_of(const WorldMedium& medium, double scale, double mean_error, double mean_value) {
+  constexpr double kSeenDepth = 2.0, kWorst = 3.0;
+  const DensityField& field = *medium.density;
+  const double step = scale / std::sqrt(12.0), across = length(field.bounds().size());
+  const auto along = [&](double path) {
+    return kWorst * step * std::sqrt(path * field.feature_size()) + mean_error * path;
+  };
+  const double seen = std::min(across, kSeenDepth / std::max(medium.extinction * mean_value, 1e-30));
+  return {medium.extinction * along(seen), along(across)};
+}
+
 }  // namespace
 
 std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
   if (!plan.media) return "no media to march through";
   for (const WorldMedium& medium : world.media) {
-    if (!medium.density->bricks()) return "volume \"" + medium.name + "\" is not a grid";
+    if (!medium.density->has_bricks()) return "volume \"" + medium.name + "\" is not a grid";
   }
   if (plan.scattering && plan.local_lights) return "a light at a finite distance";
   if (plan.scattering && solids_shadow_media(world)) return "solids cast shadows into media";
   return "";
 }
 
-MarchWorld::MarchWorld(const World& world, const EffectPlan& plan) : m_world(world) {
-  for (const WorldMedium& medium : world.media) add_grid(medium);
-  m_base_height = world.media.front().density->bounds().min.y;
+MarchWorld::MarchWorld(const World& world, const EffectPlan& plan, const MarchStorage& storage)
+    : m_world(world) {
   if (plan.scattering) add_suns();
+  for (const WorldMedium& medium : world.media) add_grid(medium, storage);
+  m_base_height = world.media.front().density->bounds().min.y;
 }
 
-void MarchWorld::add_grid(const WorldMedium& medium) {
-  m_levels.push_back({0, nullptr, std::make_unique<BrickPyramid>(*medium.density->bricks())});
+/// Light that a medium scatters towards the camera, in the middle and at the corners of the picture; at least
+/// white.
+double MarchWorld::brightness_in_view(const WorldMedium& medium) const {
+  double most = 1.0;
+  for (int n = 0; n < 5; ++n) {
+    const Vec2d pixel = n == 4 ? Vec2d(1.0) : Vec2d(2.0 * (n & 1), 2.0 * (n >> 1));
+    const Vec3d direction = m_world.camera->ray(pixel, Vec2i(2)).d;
+    double sum = 0.0;
+    for (const Illumination& sun : m_suns) {
+      const double p = medium.phase->p(-direction, sun.wi),
+                   strength = largest(medium.albedo * sun.irradiance);
+      for (const ScatterTerm& term : medium.scattering) sum += phase_weight(term, p) * strength;
+    }
+    most = std::max(most, sum);
+  }
+  return most;
+}
+
+std::shared_ptr<const BrickPyramid> MarchWorld::stored_values(const WorldMedium& medium,
+                                                              const MarchStorage& storage) {
+  const auto take_floats = [&](const std::string& why) {
+    m_storage_choices.push_back(fmt::format("values of {} as floats: {}", medium.name, why));
+    return std::make_shared<const BrickPyramid>(*medium.density->bricks());
+  };
+  if (storage.kind == MarchStorage::Kind::floats) return take_floats(storage.why_floats);
+  const double scale = quantization_scale(float(medium.density->max_density()));
+  if (!(scale > 0.0)) return take_floats("among the smallest or largest of all");
+  const double brightness = brightness_in_view(medium), glow = largest(medium.emission);
+  const auto shown = [&](const StorageError& error) {
+    return brightness * error.depth + glow * error.column;
+  };
+  const auto is_too_large = [&](const StorageError& error) {
+    return storage.kind == MarchStorage::Kind::by_error && !(shown(error) <= storage.allowed);
+  };
+  const auto refuse = [&](const StorageError& error) {
+    return take_floats(
+        fmt::format("16 bits would err by {:.2g}, of {:.2g} allowed", shown(error), storage.allowed));
+  };
+  const StorageError least = storage_error_of(medium, scale, 0.0, medium.density->max_density());
+  if (is_too_large(least)) return refuse(least);
+  auto pyramid = medium.density->quantized_bricks();
+  const QuantizedValues& values = *pyramid->quantized();
+  const StorageError error = storage_error_of(medium, scale, values.mean_error, values.mean_value);
+  if (is_too_large(error)) return refuse(error);
+  m_storage_depth_error += error.depth;
+  m_storage_glow_error += glow * error.column;
+  m_storage_error_in_view += shown(error);
+  m_storage_choices.push_back(fmt::format("values of {} in 16 bits, {:.1f} MB: estimated error {:.2g}",
+                                          medium.name, 1e-6 * double(pyramid->bytes_of_values()),
+                                          shown(error)));
+  return pyramid;
+}
+
+void MarchWorld::add_grid(const WorldMedium& medium, const MarchStorage& storage) {
+  m_levels.push_back({0, nullptr, stored_values(medium, storage)});
   MarchGrid grid;
   grid.extinction = medium.extinction;
   grid.terms = int(medium.scattering.size());
@@ -64,21 +140,22 @@ void MarchWorld::add_grid(const WorldMedium& medium) {
 void MarchWorld::place_grid(size_t index) {
   MarchGrid& grid = kernel.grids[index];
   grid.pyramid = m_levels[index].pyramid.get();
-  const BrickGrid& bricks = grid.pyramid->grid();
   const Vec3d origin(grid.pyramid->origin());
   const double scale = std::ldexp(1.0, -m_levels[index].level);
   grid.local_from_world = Affine::translation(-origin) * Affine::scaling(Vec3d(scale)) *
                           m_world.media[index].density->index_from_world();
-  grid.bounds = Box3d(Vec3d(bricks.lo()) - origin, Vec3d(bricks.hi()) - origin);
+  grid.bounds = Box3d(Vec3d(grid.pyramid->lo()) - origin, Vec3d(grid.pyramid->hi()) - origin);
 }
 
 std::optional<MarchWorld::GridLevel> MarchWorld::coarser_level(size_t grid) const {
-  std::optional<BrickGrid> coarser = coarsen(kernel.grids[grid].pyramid->grid());
+  const BrickPyramid& present = *kernel.grids[grid].pyramid;
+  std::optional<BrickGrid> coarser =
+      coarsen(present.quantized() ? *m_world.media[grid].density->bricks() : present.grid());
   if (!coarser) return std::nullopt;
   GridLevel next;
   next.level = level(grid) + 1;
   next.coarse = std::make_unique<BrickGrid>(std::move(*coarser));
-  next.pyramid = std::make_unique<BrickPyramid>(*next.coarse);
+  next.pyramid = std::make_shared<const BrickPyramid>(*next.coarse);
   return next;
 }
 

@@ -12,11 +12,31 @@
 
 namespace pileus {
 
+/// How the values of the grids are stored: in 16 bits, where these err by less than an error that is
+/// allowed in the picture; or always, or never.
+struct MarchStorage {
+  enum class Kind { by_error, floats, quantized };
+  Kind kind = Kind::by_error;
+  double allowed = 0.0;
+  std::string why_floats = "asked for";
+};
+
 /// A world of grids lit by suns in the form that the march kernels read, and what turns their sums back into
 /// colours.
 class MarchWorld {
  public:
-  MarchWorld(const World& world, const EffectPlan& plan);
+  MarchWorld(const World& world, const EffectPlan& plan, const MarchStorage& storage = {});
+
+  /// What 16-bit values change in a pixel where no light on the ray is brighter than this, estimated.
+  double storage_error(double brightest) const {
+    return m_storage_depth_error * brightest + m_storage_glow_error;
+  }
+
+  /// The same where the picture is as bright as scattering makes it.
+  double storage_error_in_view() const { return m_storage_error_in_view; }
+
+  /// One line per grid: how its values are stored, and why.
+  const std::vector<std::string>& storage_choices() const { return m_storage_choices; }
 
   /// Why a world cannot be marched; "" where it can.
   static std::string obstacle(const World& world, const EffectPlan& plan);
@@ -27,7 +47,7 @@ class MarchWorld {
   struct GridLevel {
     int level = 0;
     std::unique_ptr<BrickGrid> coarse;  ///< null at level 0
-    std::unique_ptr<BrickPyramid> pyramid;
+    std::shared_ptr<const BrickPyramid> pyramid;
   };
 
   /// The level above the present one; none where that is not worth its memory.
@@ -60,7 +80,9 @@ class MarchWorld {
   double exact_depth(size_t light, const Vec3d& p_world, FieldCounters& counters) const;
 
  private:
-  void add_grid(const WorldMedium& medium);
+  void add_grid(const WorldMedium& medium, const MarchStorage& storage);
+  double brightness_in_view(const WorldMedium& medium) const;
+  std::shared_ptr<const BrickPyramid> stored_values(const WorldMedium& medium, const MarchStorage& storage);
   void place_grid(size_t grid);
   void add_suns();
   void add_glow(const WorldMedium& medium, MarchGrid& grid) const;
@@ -72,6 +94,10 @@ class MarchWorld {
   std::vector<Rgb> m_colours;       ///< the same, divided by that channel
   double m_base_height = 0.0;       ///< heights are counted from here [m]
   bool m_is_isotropic = true;
+  double m_storage_depth_error = 0.0;  ///< what 16-bit values change of optical depths that show
+  double m_storage_error_in_view = 0.0;
+  double m_storage_glow_error = 0.0;  ///< and of emitted radiance
+  std::vector<std::string> m_storage_choices;
 };
 
 }  // namespace pileus

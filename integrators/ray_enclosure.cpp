@@ -36,9 +36,11 @@ double error_bound(const EnclosedRgb& exact, const Rgb& estimate) {
 
 EnclosedWorld::EnclosedWorld(const World& world, const EffectPlan& plan, const MarchWorld& march)
     : m_world(world), m_plan(plan), m_march(march) {
-  for (const MarchGrid& grid : march.kernel.grids) {
-    const bool is_needed = plan.scattering && grid.extinction > 0.0;
-    m_curvatures.push_back(is_needed ? std::make_unique<CurvatureGrid>(*grid.pyramid) : nullptr);
+  for (const WorldMedium& medium : world.media) {
+    const bool is_needed = plan.scattering && medium.extinction > 0.0;
+    m_pyramids.push_back(is_needed ? std::make_shared<const BrickPyramid>(*medium.density->bricks())
+                                   : nullptr);
+    m_curvatures.push_back(is_needed ? std::make_unique<CurvatureGrid>(*m_pyramids.back()) : nullptr);
   }
 }
 

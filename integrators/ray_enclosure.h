@@ -30,7 +30,8 @@ class EnclosedWorld {
   const World& m_world;
   const EffectPlan& m_plan;
   const MarchWorld& m_march;
-  std::vector<std::unique_ptr<CurvatureGrid>> m_curvatures;  ///< null where nothing is dimmed
+  std::vector<std::shared_ptr<const BrickPyramid>> m_pyramids;  ///< of the voxels as they are, in floats
+  std::vector<std::unique_ptr<CurvatureGrid>> m_curvatures;     ///< null where nothing is dimmed
 };
 
 /// Upper bound of |estimate - exact| in every channel.

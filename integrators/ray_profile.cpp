@@ -24,7 +24,7 @@ void RayProfile::build(const World& world, const Ray& ray, Segment segment, std:
 void RayProfile::cut_at_edges(const World& world) {
   if (world.media.size() < 2) return;
   for (size_t medium = 0; medium < world.media.size(); ++medium) {
-    if (world.media[medium].density->bricks()) continue;
+    if (world.media[medium].density->has_bricks()) continue;
     for (const DensityPiece& piece : m_pieces[medium]) {
       m_cuts.push_back(piece.t0);
       m_cuts.push_back(piece.t1);

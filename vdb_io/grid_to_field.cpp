@@ -42,11 +42,11 @@ std::vector<VoxelTile> tiles_of(const FloatTree& tree) {
 
 }  // namespace
 
-std::shared_ptr<const DensityField> field_from_grid(const openvdb::FloatGrid& grid,
+std::shared_ptr<const DensityField> field_from_grid(openvdb::FloatGrid::ConstPtr grid,
                                                     const Affine& world_from_object) {
   initialize_openvdb();
-  PILEUS_CHECK(grid.background() == 0.0f);
-  const Affine world_from_grid = world_from_object * world_from_index({}, grid);
+  PILEUS_CHECK(grid->background() == 0.0f);
+  const Affine world_from_grid = world_from_object * world_from_index({}, *grid);
   const double volume = world_from_grid.determinant();
   if (!(std::abs(volume) > 1e-200 && std::abs(volume) < 1e200)) {
     throw Error(
@@ -54,7 +54,7 @@ std::shared_ptr<const DensityField> field_from_grid(const openvdb::FloatGrid& gr
         fmt::format("its placement makes voxels of {} m3; expected a scale that a computer can invert",
                     volume));
   }
-  return make_grid_field(build_brick_grid(leaves_of(grid.tree()), tiles_of(grid.tree())), world_from_grid);
+  return make_grid_field(VoxelSource(leaves_of(grid->tree()), tiles_of(grid->tree()), grid), world_from_grid);
 }
 
 }  // namespace pileus

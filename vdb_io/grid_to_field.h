@@ -9,14 +9,13 @@
 
 namespace pileus {
 
-/// The read-only field that the renderer sees, made from a float fog volume: its voxels in bricks. The grid
-/// is not modified and not kept.
+/// The read-only field that the renderer sees, made from a float fog volume. The grid is kept, and must not
+/// change any more: bricks are made of its voxels when somebody reads them.
 ///   grid: densities >= 0 and finite, background 0, affine transform (all checked by the readers and
 ///         builders)
 ///   world_from_object: placed on top of the grid's own transform
-/// errors: Error(scene) where the transform is singular; Error(failed) where the bricks need more memory than
-/// there is
-std::shared_ptr<const DensityField> field_from_grid(const openvdb::FloatGrid& grid,
+/// errors: Error(scene) where the transform is singular; those of VoxelSource
+std::shared_ptr<const DensityField> field_from_grid(openvdb::FloatGrid::ConstPtr grid,
                                                     const Affine& world_from_object);
 
 }  // namespace pileus

@@ -35,7 +35,7 @@ void field(benchmark::State& state) {
   CloudGridOptions options;
   options.voxel_size = cumulus_voxel_size(int(state.range(0)));
   const openvdb::FloatGrid::Ptr grid = build_cloud(cumulus(), options);
-  for (auto _ : state) benchmark::DoNotOptimize(field_from_grid(*grid, Affine()));
+  for (auto _ : state) benchmark::DoNotOptimize(field_from_grid(grid, Affine())->bricks());
   state.SetItemsProcessed(int64_t(grid->activeVoxelCount()) * state.iterations());
 }
 BENCHMARK(field)

@@ -35,7 +35,7 @@ std::shared_ptr<const DensityField> cumulus_field(int voxels) {
     initialize_openvdb();
     CloudGridOptions options;
     options.voxel_size = cumulus_voxel_size(voxels);
-    field = field_from_grid(*build_cloud(cumulus(), options), Affine());
+    field = field_from_grid(build_cloud(cumulus(), options), Affine());
   }
   return field;
 }

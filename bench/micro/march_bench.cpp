@@ -13,11 +13,11 @@ namespace {
 
 /// The cumulus as the kernels see it, without lights.
 struct MarchFixture {
-  explicit MarchFixture(int voxels) : field(cumulus_field(voxels)), pyramid(*field->bricks()) {
+  explicit MarchFixture(int voxels) : field(cumulus_field(voxels)), pyramid(*field->quantized_bricks()) {
     const Vec3d origin(pyramid.origin());
     grid.pyramid = &pyramid;
     grid.local_from_world = Affine::translation(-origin) * field->index_from_world();
-    grid.bounds = Box3d(Vec3d(pyramid.grid().lo()) - origin, Vec3d(pyramid.grid().hi()) - origin);
+    grid.bounds = Box3d(Vec3d(pyramid.lo()) - origin, Vec3d(pyramid.hi()) - origin);
     grid.extinction = 16.0;
   }
 

@@ -14,6 +14,7 @@
 
 #include "integrators/kernels/march_kernel.h"
 #include "lib/simd/trilinear-inl.h"
+#include "lib/volume/quantized_bricks.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pileus::HWY_NAMESPACE {
@@ -39,69 +40,112 @@ struct LinePath {
   }
 };
 
-/// Densities of a grid, by way of the table of bricks.
+/// Densities of a grid, by way of the table of bricks; of 16-bit values or of floats.
 class GridReader {
  public:
-  explicit GridReader(const BrickPyramid& pyramid)
-      : values(pyramid.grid().all_values().data()), offsets(pyramid.offsets().data()) {
+  explicit GridReader(const BrickPyramid& pyramid) : m_offsets(pyramid.offsets().data()) {
+    if (const QuantizedValues* quantized = pyramid.quantized()) {
+      m_stored = quantized->stored.get();
+      m_scale = float(quantized->scale / double(kQuantizedStep));
+    } else {
+      m_values = pyramid.grid().all_values().data();
+    }
     const Vec3i n = pyramid.levels().front().nodes;
-    stride_x = n.y * n.z;
-    stride_y = n.z;
-    for (int axis = 0; axis < 3; ++axis) last[axis] = 8.0f * float(n[axis]) - 1.0f;
+    m_stride_x = n.y * n.z;
+    m_stride_y = n.z;
+    for (int axis = 0; axis < 3; ++axis) m_last[axis] = 8.0f * float(n[axis]) - 1.0f;
   }
 
   /// kClamp: where positions may lie far outside. Rounding alone never leaves the table's border of zeros.
   template <bool kClamp>
   HWY_INLINE V read(V x, V y, V z) const {
     if constexpr (kClamp) clamp(x, y, z);
-    return interpolate(brick_of(x, y, z), x, y, z);
+    return m_stored ? read_quantized<false>(x, y, z) : read_floats<false>(x, y, z);
   }
 
   /// The same for positions of which many lie in empty bricks or outside.
   HWY_INLINE V read_or_skip(V x, V y, V z) const {
-    const D d;
-    const DI di;
     clamp(x, y, z);
-    const VI brick = brick_of(x, y, z);
-    if (hn::AllTrue(di, hn::Eq(brick, hn::Zero(di)))) return hn::Zero(d);
-    return interpolate(brick, x, y, z);
+    return m_stored ? read_quantized<true>(x, y, z) : read_floats<true>(x, y, z);
   }
 
  private:
   HWY_INLINE void clamp(V& x, V& y, V& z) const {
     const D d;
-    x = hn::Max(hn::Zero(d), hn::Min(x, hn::Set(d, last[0])));
-    y = hn::Max(hn::Zero(d), hn::Min(y, hn::Set(d, last[1])));
-    z = hn::Max(hn::Zero(d), hn::Min(z, hn::Set(d, last[2])));
+    x = hn::Max(hn::Zero(d), hn::Min(x, hn::Set(d, m_last[0])));
+    y = hn::Max(hn::Zero(d), hn::Min(y, hn::Set(d, m_last[1])));
+    z = hn::Max(hn::Zero(d), hn::Min(z, hn::Set(d, m_last[2])));
   }
 
-  /// Where the values of the bricks begin.
-  HWY_INLINE VI brick_of(V x, V y, V z) const {
+  /// Positions as cells, and what is left in the cell.
+  struct Place {
+    HWY_INLINE Place(V x, V y, V z) {
+      const D d;
+      const DI di;
+      ix = hn::ConvertTo(di, x), iy = hn::ConvertTo(di, y), iz = hn::ConvertTo(di, z);
+      fx = hn::Sub(x, hn::ConvertTo(d, ix));
+      fy = hn::Sub(y, hn::ConvertTo(d, iy));
+      fz = hn::Sub(z, hn::ConvertTo(d, iz));
+    }
+    /// Index of the lowest corner among a brick's values.
+    HWY_INLINE VI corner() const {
+      const DI di;
+      const VI seven = hn::Set(di, 7);
+      return hn::Add(hn::Add(hn::Mul(hn::And(ix, seven), hn::Set(di, BrickGrid::kStrideX)),
+                             hn::Mul(hn::And(iy, seven), hn::Set(di, BrickGrid::kStrideY))),
+                     hn::And(iz, seven));
+    }
+
+    VI ix, iy, iz;
+    V fx, fy, fz;
+  };
+
+  /// Index of the brick in the table.
+  HWY_INLINE VI brick_of(const Place& at) const {
     const DI di;
-    const VI ix = hn::ShiftRight<3>(hn::ConvertTo(di, x)), iy = hn::ShiftRight<3>(hn::ConvertTo(di, y)),
-             iz = hn::ShiftRight<3>(hn::ConvertTo(di, z));
-    const VI index =
-        hn::Add(hn::Add(hn::Mul(ix, hn::Set(di, stride_x)), hn::Mul(iy, hn::Set(di, stride_y))), iz);
-    return hn::GatherIndex(di, offsets, index);
+    return hn::Add(hn::Add(hn::Mul(hn::ShiftRight<3>(at.ix), hn::Set(di, m_stride_x)),
+                           hn::Mul(hn::ShiftRight<3>(at.iy), hn::Set(di, m_stride_y))),
+                   hn::ShiftRight<3>(at.iz));
   }
 
-  HWY_INLINE V interpolate(VI brick, V x, V y, V z) const {
+  template <bool kSkip>
+  HWY_INLINE V read_quantized(V x, V y, V z) const {
     const D d;
     const DI di;
-    const VI ix = hn::ConvertTo(di, x), iy = hn::ConvertTo(di, y), iz = hn::ConvertTo(di, z);
-    const VI seven = hn::Set(di, 7);
-    const VI cell = hn::Add(hn::Add(hn::Mul(hn::And(ix, seven), hn::Set(di, BrickGrid::kStrideX)),
-                                    hn::Mul(hn::And(iy, seven), hn::Set(di, BrickGrid::kStrideY))),
-                            hn::And(iz, seven));
-    return trilinear(d, values, hn::Add(brick, cell), BrickGrid::kStrideX, BrickGrid::kStrideY,
-                     hn::Sub(x, hn::ConvertTo(d, ix)), hn::Sub(y, hn::ConvertTo(d, iy)),
-                     hn::Sub(z, hn::ConvertTo(d, iz)));
+    const Place place(x, y, z);
+    alignas(64) int32_t bricks[kLanes], corners[kLanes];
+    hn::Store(brick_of(place), di, bricks);
+    hn::Store(place.corner(), di, corners);
+    const int16_t* at[kLanes];
+    int32_t any = 0;
+    for (size_t i = 0; i < kLanes; ++i) {
+      const int32_t offset = m_offsets[bricks[i]];
+      any |= offset;
+      at[i] = m_stored + (ptrdiff_t(offset) + corners[i]);
+    }
+    if (kSkip && any == 0) return hn::Zero(d);
+    const V steps =
+        trilinear_quantized(d, at, BrickGrid::kStrideX, BrickGrid::kStrideY, place.fx, place.fy, place.fz);
+    return hn::Mul(steps, hn::Set(d, m_scale));
   }
 
-  const float* values;
-  const int32_t* offsets;
-  int stride_x, stride_y;  ///< of the table
-  float last[3];           ///< largest position that still has a cell
+  template <bool kSkip>
+  HWY_INLINE V read_floats(V x, V y, V z) const {
+    const D d;
+    const DI di;
+    const Place place(x, y, z);
+    const VI brick = hn::GatherIndex(di, m_offsets, brick_of(place));
+    if (kSkip && hn::AllTrue(di, hn::Eq(brick, hn::Zero(di)))) return hn::Zero(d);
+    return trilinear(d, m_values, hn::Add(brick, place.corner()), BrickGrid::kStrideX, BrickGrid::kStrideY,
+                     place.fx, place.fy, place.fz);
+  }
+
+  const int32_t* m_offsets;
+  const int16_t* m_stored = nullptr;  ///< 16-bit values, or
+  const float* m_values = nullptr;
+  float m_scale = 1.0f;
+  int m_stride_x, m_stride_y;  ///< of the table
+  float m_last[3];             ///< largest position that still has a cell
 };
 
 }  // namespace pileus::HWY_NAMESPACE

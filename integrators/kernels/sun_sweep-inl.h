@@ -184,19 +184,26 @@ class SunSweeper {
     constexpr int kStrides[3] = {BrickGrid::kStrideX, BrickGrid::kStrideY, BrickGrid::kStrideZ};
     const int inside = (cell[b] & 7) * kStrides[b] + (cell[c] & 7) * kStrides[c];
     const float fb = float(p[b] - cell[b]), fc = float(p[c] - cell[c]);
-    const float weights[4] = {(1.0f - fb) * (1.0f - fc), fb * (1.0f - fc), (1.0f - fb) * fc, fb * fc};
+    const QuantizedValues* const quantized = m_pyramid.quantized();
+    const float scale = quantized ? float(quantized->scale) : 1.0f;
+    const float weights[4] = {scale * (1.0f - fb) * (1.0f - fc), scale * fb * (1.0f - fc),
+                              scale * (1.0f - fb) * fc, scale * fb * fc};
+    const auto sum_brick = [&](const auto* values, float* out) HWY_ATTR {
+      if (a == 2) {
+        sum_rows<BrickGrid::kStrideZ>(values, kStrides[b], kStrides[c], weights, out);
+      } else {
+        sum_rows<BrickGrid::kStrideY>(values, kStrides[b], kStrides[c], weights, out);
+      }
+    };
     float* out = m_row.data() + 1;
     for (int brick = lo; brick <= hi; ++brick, out += kCells) {
       const int32_t offset = table[brick * table_strides[a]];
       if (offset == 0) {
         std::fill_n(out, kCells + 1, 0.0f);
+      } else if (quantized) {
+        sum_brick(quantized->stored.get() + offset + inside, out);
       } else {
-        const float* const values = m_pyramid.grid().all_values().data() + offset + inside;
-        if (a == 2) {
-          sum_rows<BrickGrid::kStrideZ>(values, kStrides[b], kStrides[c], weights, out);
-        } else {
-          sum_rows<BrickGrid::kStrideY>(values, kStrides[b], kStrides[c], weights, out);
-        }
+        sum_brick(m_pyramid.grid().all_values().data() + offset + inside, out);
       }
     }
     resample(float(p[a] - lo * kCells), float(across), (hi - lo + 1) * kCells);
@@ -205,18 +212,18 @@ class SunSweeper {
 
   /// The densities along a brick: eight, and the one at its end, which the next
   /// brick has first.
-  template <int kStride>
-  static HWY_INLINE void sum_rows(const float* values, int stride_b, int stride_c, const float* weights,
+  template <int kStride, class T>
+  static HWY_INLINE void sum_rows(const T* values, int stride_b, int stride_c, const float* weights,
                                   float* out) {
     if constexpr (kStride == 1) {
       const hn::CappedTag<float, 8> d;
       const auto w0 = hn::Set(d, weights[0]), w1 = hn::Set(d, weights[1]), w2 = hn::Set(d, weights[2]),
                  w3 = hn::Set(d, weights[3]);
       for (int k = 0; k < kCells; k += int(hn::Lanes(d))) {
-        const float* const v = values + k;
-        const auto near = hn::MulAdd(w1, hn::LoadU(d, v + stride_b), hn::Mul(w0, hn::LoadU(d, v)));
-        const auto far =
-            hn::MulAdd(w3, hn::LoadU(d, v + stride_b + stride_c), hn::Mul(w2, hn::LoadU(d, v + stride_c)));
+        const T* const v = values + k;
+        const auto near = hn::MulAdd(w1, load_values(d, v + stride_b), hn::Mul(w0, load_values(d, v)));
+        const auto far = hn::MulAdd(w3, load_values(d, v + stride_b + stride_c),
+                                    hn::Mul(w2, load_values(d, v + stride_c)));
         hn::StoreU(hn::Add(near, far), d, out + k);
       }
     } else {
@@ -225,9 +232,27 @@ class SunSweeper {
     out[kCells] = sum_at(values + kCells * kStride, stride_b, stride_c, weights);
   }
 
-  static HWY_INLINE float sum_at(const float* v, int stride_b, int stride_c, const float* weights) {
-    return (weights[0] * v[0] + weights[1] * v[stride_b]) +
-           (weights[2] * v[stride_c] + weights[3] * v[stride_b + stride_c]);
+  template <class T>
+  static HWY_INLINE float sum_at(const T* v, int stride_b, int stride_c, const float* weights) {
+    return (weights[0] * value_of(v[0]) + weights[1] * value_of(v[stride_b])) +
+           (weights[2] * value_of(v[stride_c]) + weights[3] * value_of(v[stride_b + stride_c]));
+  }
+
+  /// 16-bit values count in steps.
+  static HWY_INLINE float value_of(float value) { return value; }
+  static HWY_INLINE float value_of(int16_t stored) { return float(stored + QuantizedValues::kZero); }
+
+  template <class D8>
+  static HWY_INLINE hn::Vec<D8> load_values(D8 d, const float* values) {
+    return hn::LoadU(d, values);
+  }
+  template <class D8>
+  static HWY_INLINE hn::Vec<D8> load_values(D8 d, const int16_t* stored) {
+    const hn::RebindToSigned<D8> di;
+    const hn::Rebind<int16_t, D8> di16;
+    const auto steps =
+        hn::Add(hn::PromoteTo(di, hn::LoadU(di16, stored)), hn::Set(di, QuantizedValues::kZero));
+    return hn::ConvertTo(d, steps);
   }
 
   /// Adds m_row, of `count` cells, at `first` + lane * `across`; 0 beyond it.

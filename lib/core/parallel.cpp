@@ -15,6 +15,10 @@ void parallel_for(size_t count, const std::function<void(size_t)>& body) {
       tbb::simple_partitioner());
 }
 
+void run_isolated(const std::function<void()>& body) {
+  tbb::this_task_arena::isolate(body);
+}
+
 void with_threads(int threads, const std::function<void()>& body) {
   if (threads <= 0) return body();
   const tbb::global_control control(tbb::global_control::max_allowed_parallelism, size_t(threads));

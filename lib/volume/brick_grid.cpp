@@ -74,10 +74,10 @@ class BrickGridBuilder {
       : m_leaves(leaves), m_tiles(tiles) {}
 
   BrickGrid build() {
-    m_grid.m_lo = Vec3i(std::numeric_limits<int>::max());
-    m_grid.m_hi = Vec3i(std::numeric_limits<int>::min());
     for (const VoxelTile& tile : m_tiles) place_tile(tile);
     place_leaves();
+    m_grid.m_lo = m_bounds.lo();
+    m_grid.m_hi = m_bounds.hi();
     sort_blocks();
     make_block_table();
     number_bricks();
@@ -125,21 +125,6 @@ class BrickGridBuilder {
     block.sources[BrickGrid::brick_index(brick * 8)] = source;
   }
 
-  /// A voxel reaches one cell further down on each axis.
-  void extend_bounds(const Vec3i& origin, int size) {
-    constexpr int kMargin = 1 << 13, kLowest = std::numeric_limits<int>::min() + kMargin,
-                  kHighest = std::numeric_limits<int>::max() - kMargin;
-    for (int axis = 0; axis < 3; ++axis) {
-      if (origin[axis] < kLowest || origin[axis] > kHighest) {
-        throw Error(ErrorKind::failed, SourceLoc{},
-                    fmt::format("voxels at ({}, {}, {}); expected indices from {} to {}", origin.x, origin.y,
-                                origin.z, kLowest, kHighest));
-      }
-      m_grid.m_lo[axis] = std::min(m_grid.m_lo[axis], origin[axis] - 1);
-      m_grid.m_hi[axis] = std::max(m_grid.m_hi[axis], origin[axis] + size);
-    }
-  }
-
   void place_leaves() {
     std::vector<uint8_t> reached(m_leaves.size());
     constexpr size_t kLeavesPerTask = 256;
@@ -149,7 +134,7 @@ class BrickGridBuilder {
     });
     for (size_t i = 0; i < m_leaves.size(); ++i) {
       if (reached[i] == 0) continue;
-      extend_bounds(m_leaves[i].origin, 8);
+      m_bounds.extend(m_leaves[i].origin, 8);
       const Vec3i brick = shifted_right(m_leaves[i].origin, kBrickShift);
       place_source(brick, int32_t(i));
       for (int n = 0; n < 8; ++n) {
@@ -183,7 +168,7 @@ class BrickGridBuilder {
     if (!(tile.value > 0.0f)) return;
     const int32_t source = int32_t(-2 - (&tile - m_tiles.data()));
     check_memory_for_faces(tile);
-    extend_bounds(tile.origin, tile.size);
+    m_bounds.extend(tile.origin, tile.size);
     const Vec3i first = shifted_right(tile.origin, kBrickShift);
     const int bricks = tile.size / 8, blocks = std::max(1, tile.size / BrickGrid::kBlockCells);
     const Vec3i first_block = shifted_right(tile.origin, kBlockShift);
@@ -247,10 +232,7 @@ class BrickGridBuilder {
 
   void make_block_table() {
     m_grid.m_blocks.resize(m_blocks.size());
-    if (m_blocks.empty()) {
-      m_grid.m_lo = m_grid.m_hi = Vec3i(0);
-      return;
-    }
+    if (m_blocks.empty()) return;
     Vec3i lo = m_blocks.front().block, hi = lo;
     for (const WorkBlock& block : m_blocks) {
       for (int axis = 0; axis < 3; ++axis) {
@@ -437,6 +419,7 @@ class BrickGridBuilder {
   size_t m_last = 0;
   std::vector<WantedBrick> m_wanted;
   double m_face_bricks = 0.0;
+  CellBounds m_bounds;
   std::map<float, int32_t> m_slot_of_uniform{{0.0f, 0}};
   BrickGrid m_grid;
 };

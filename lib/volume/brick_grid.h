@@ -10,6 +10,7 @@
 
 #include "lib/core/large_array.h"
 #include "lib/math/vec.h"
+#include "lib/volume/voxel_source.h"
 
 namespace pileus {
 
@@ -103,19 +104,6 @@ class BrickGrid {
   LargeArray<float> m_values;
   int64_t m_slots = 0;
   Vec3i m_lo{0, 0, 0}, m_hi{0, 0, 0};
-};
-
-/// 8^3 voxels as OpenVDB stores them: x strides 64, y 8, z 1.
-struct VoxelLeaf {
-  Vec3i origin;  ///< a multiple of 8
-  const float* values;
-};
-
-/// A cube of voxels of one value: 8, 128 or 4096 of them along its edge, at multiples of that.
-struct VoxelTile {
-  Vec3i origin;
-  int size;
-  float value;
 };
 
 /// Builds the grid from leaves and tiles that do not overlap; their values are finite and >= 0. Uses

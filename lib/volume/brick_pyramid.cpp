@@ -7,40 +7,64 @@
 
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
+#include "lib/volume/quantized_bricks.h"
 
 namespace pileus {
+namespace {
+
+[[noreturn]] void throw_too_large(const Vec3d& cells) {
+  throw Error(
+      ErrorKind::failed, SourceLoc{},
+      fmt::format("the volume spans {:.0f} x {:.0f} x {:.0f} voxels; expected at most {:.2g} in the box; "
+                  "clip it, or use integrator \"exact\"",
+                  cells.x, cells.y, cells.z, 512 * BrickPyramid::kMostBricks));
+}
+
+}  // namespace
 
 BrickPyramid::BrickPyramid(const BrickGrid& grid) : m_grid(&grid) {
+  make_table(grid.lo(), grid.hi());
+  check_value_count(double(grid.all_values().size()));
+  fill_level_0();
+  add_levels();
+}
+
+const BrickGrid& BrickPyramid::grid() const {
+  PILEUS_CHECK(m_grid != nullptr);
+  return *m_grid;
+}
+
+size_t BrickPyramid::bytes_of_values() const {
+  return m_quantized ? m_quantized->count * sizeof(int16_t) : grid().all_values().size_bytes();
+}
+
+void BrickPyramid::make_table(const Vec3i& lo, const Vec3i& hi) {
   constexpr int kAlign = 64;  // cells: the first levels then have whole nodes
+  m_lo = lo;
+  m_hi = hi;
   Vec3d bricks(0.0);
   Level bottom;
   for (int axis = 0; axis < 3; ++axis) {
-    m_origin[axis] = ((grid.lo()[axis] - 8) & ~(kAlign - 1));
-    bricks[axis] = std::floor((double(grid.hi()[axis]) - m_origin[axis]) / 8.0) + 2.0;
+    m_origin[axis] = ((lo[axis] - 8) & ~(kAlign - 1));
+    bricks[axis] = std::floor((double(hi[axis]) - m_origin[axis]) / 8.0) + 2.0;
     bottom.nodes[axis] = int(bricks[axis]);
   }
-  const double values = double(grid.all_values().size());
   constexpr int kFarthest = 1 << 30;  // leaves room for sums of indices
-  const bool is_far = std::min({grid.lo().x, grid.lo().y, grid.lo().z}) < -kFarthest ||
-                      std::max({grid.hi().x, grid.hi().y, grid.hi().z}) > kFarthest;
-  if (is_far || bricks.x * bricks.y * bricks.z > kMostBricks || values > 2147483647.0) {
-    throw Error(
-        ErrorKind::failed, SourceLoc{},
-        fmt::format("the volume spans {:.0f} x {:.0f} x {:.0f} voxels; expected at most {:.2g} in the box; "
-                    "clip it, or use integrator \"exact\"",
-                    8 * bricks.x, 8 * bricks.y, 8 * bricks.z, 512 * kMostBricks));
-  }
+  const bool is_far = std::min({lo.x, lo.y, lo.z}) < -kFarthest || std::max({hi.x, hi.y, hi.z}) > kFarthest;
+  if (is_far || bricks.x * bricks.y * bricks.z > kMostBricks) throw_too_large(8.0 * bricks);
+  m_offsets.assign(size_t(bricks.x * bricks.y * bricks.z), 0);
+  bottom.ranges.resize(m_offsets.size());
   m_levels.push_back(std::move(bottom));
-  fill_level_0();
-  while (std::max({m_levels.back().nodes.x, m_levels.back().nodes.y, m_levels.back().nodes.z}) > 1)
-    add_level();
+}
+
+void BrickPyramid::check_value_count(double values) const {
+  constexpr double kMost = 2147483647.0;  // offsets have 32 bits
+  if (values > kMost) throw_too_large(Vec3d(m_hi - m_lo));
 }
 
 void BrickPyramid::fill_level_0() {
   Level& level = m_levels.front();
   const Vec3i n = level.nodes;
-  m_offsets.assign(size_t(n.x) * size_t(n.y) * size_t(n.z), 0);
-  level.ranges.resize(m_offsets.size());
   parallel_for(size_t(n.x), [&](size_t x) {
     for (int y = 0; y < n.y; ++y) {
       const BrickGrid::Block* block = nullptr;
@@ -55,6 +79,11 @@ void BrickPyramid::fill_level_0() {
       }
     }
   });
+}
+
+void BrickPyramid::add_levels() {
+  while (std::max({m_levels.back().nodes.x, m_levels.back().nodes.y, m_levels.back().nodes.z}) > 1)
+    add_level();
 }
 
 void BrickPyramid::add_level() {

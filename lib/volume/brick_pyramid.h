@@ -1,16 +1,20 @@
 #pragma once
 
 #include <cstdint>
+#include <memory>
 #include <vector>
 
 #include "lib/volume/brick_grid.h"
 
 namespace pileus {
 
+struct QuantizedValues;
+
 /// What SIMD lanes and leaping rays need of a brick grid: a flat table that says where the values of a brick
 /// are, and the ranges of ever larger nodes. Level 0 are the bricks of 8^3 cells, each level doubles the
 /// edge. Around the grid lies at least one brick of zeros, so that a point that rounding has put outside
-/// reads 0.
+/// reads 0. Values are the floats of a BrickGrid, or 16-bit ones (quantized_bricks.h); ranges are of the
+/// values that stand there.
 class BrickPyramid {
  public:
   struct Level {
@@ -24,12 +28,22 @@ class BrickPyramid {
 
   static constexpr double kMostBricks = double(1 << 26);
 
-  const BrickGrid& grid() const { return *m_grid; }
+  /// The 16-bit values; null where the values are those of grid().
+  const QuantizedValues* quantized() const { return m_quantized.get(); }
+
+  /// Only where there are no 16-bit values.
+  const BrickGrid& grid() const;
+
+  /// All cells that may be non-zero, [lo, hi); lo = hi where there are none.
+  const Vec3i& lo() const { return m_lo; }
+  const Vec3i& hi() const { return m_hi; }
+
+  size_t bytes_of_values() const;
 
   /// The first cell of the table; a position relative to it is >= 0 wherever there is a table entry.
   const Vec3i& origin() const { return m_origin; }
 
-  /// Where the values of a brick are: index into grid().all_values(), [x][y][z] of the brick, z fastest.
+  /// Where the values of a brick are: index into all of them, [x][y][z] of the brick, z fastest.
   const std::vector<int32_t>& offsets() const { return m_offsets; }
 
   const std::vector<Level>& levels() const { return m_levels; }
@@ -44,10 +58,18 @@ class BrickPyramid {
   }
 
  private:
+  friend class QuantizedBuilder;
+
+  BrickPyramid() = default;
+  void make_table(const Vec3i& lo, const Vec3i& hi);
+  void check_value_count(double values) const;
   void fill_level_0();
+  void add_levels();
   void add_level();
 
-  const BrickGrid* m_grid;
+  const BrickGrid* m_grid = nullptr;
+  std::shared_ptr<const QuantizedValues> m_quantized;
+  Vec3i m_lo{0, 0, 0}, m_hi{0, 0, 0};
   Vec3i m_origin{0, 0, 0};
   std::vector<int32_t> m_offsets;
   std::vector<Level> m_levels;

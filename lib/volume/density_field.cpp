@@ -19,7 +19,7 @@ double local_parameter(const DensityPiece& piece, double t) {
 }  // namespace
 
 const Affine& DensityField::index_from_world() const {
-  PILEUS_CHECK(bricks() != nullptr);
+  PILEUS_CHECK(has_bricks());
   static const Affine identity;
   return identity;
 }

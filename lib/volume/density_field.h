@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -12,6 +13,7 @@ namespace pileus {
 
 class Affine;
 class BrickGrid;
+class BrickPyramid;
 
 /// The density on one stretch of a ray, as a cubic in Bernstein form over [t0, t1] or as an exponential.
 /// Inside a cell of a trilinear field the density along a ray *is* a cubic, so nothing is approximated; the
@@ -64,8 +66,17 @@ class DensityField {
   virtual void sample(const Ray& ray, double t0, double dt, std::span<double> rho,
                       FieldCounters& counters) const = 0;
 
-  /// The voxels behind the field, for those who march through them; null where there are none.
+  /// True where voxels stand behind the field.
+  virtual bool has_bricks() const { return false; }
+
+  /// These voxels in bricks; null where there are none. Made when first asked for.
+  /// errors: those of build_brick_grid
   virtual const BrickGrid* bricks() const { return nullptr; }
+
+  /// The same in 16 bits, for those who march through them; null where there are none, or where their values
+  /// do not go into 16 bits at all. Made when first asked for, too.
+  /// errors: those of build_quantized_bricks
+  virtual std::shared_ptr<const BrickPyramid> quantized_bricks() const { return nullptr; }
 
   /// Where world points lie in the bricks. Only for fields that have bricks.
   virtual const Affine& index_from_world() const;

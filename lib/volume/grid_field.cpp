@@ -3,12 +3,16 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <mutex>
 #include <optional>
 #include <utility>
 
+#include "lib/core/parallel.h"
 #include "lib/math/box.h"
 #include "lib/math/trilinear.h"
+#include "lib/volume/brick_grid.h"
 #include "lib/volume/cell_stepper.h"
+#include "lib/volume/quantized_bricks.h"
 
 namespace pileus {
 namespace {
@@ -90,18 +94,39 @@ double mean_density(const CellVisit& visit) {
                 trilinear(visit.corners, visit.q - kNear * across));
 }
 
+/// Something that is made once, by whoever needs it first.
+template <class T>
+class Lazy {
+ public:
+  template <class Make>
+  const T& get(Make&& make) const {
+    std::call_once(m_once, [&] { run_isolated([&] { m_value.emplace(make()); }); });
+    return *m_value;
+  }
+
+ private:
+  mutable std::once_flag m_once;
+  mutable std::optional<T> m_value;
+};
+
 class GridField final : public DensityField {
  public:
-  GridField(BrickGrid grid, const Affine& world_from_index)
-      : m_grid(std::move(grid)),
+  GridField(VoxelSource voxels, const Affine& world_from_index)
+      : m_voxels(std::move(voxels)),
         m_world_from_index(world_from_index),
         m_index_from_world(world_from_index.inverse()),
-        m_lo(m_grid.lo()),
-        m_hi(m_grid.hi()),
+        m_lo(m_voxels.bounds().lo()),
+        m_hi(m_voxels.bounds().hi()),
         m_cells(Vec3d(m_lo), Vec3d(m_hi)),
-        m_max_density(double(m_grid.max_value())) {}
+        m_max_density(double(m_voxels.max_value())) {}
 
-  const BrickGrid* bricks() const override { return &m_grid; }
+  bool has_bricks() const override { return true; }
+  const BrickGrid* bricks() const override { return &grid(); }
+  std::shared_ptr<const BrickPyramid> quantized_bricks() const override {
+    if (!(quantization_scale(m_voxels.max_value()) > 0.0)) return nullptr;
+    return m_quantized.get(
+        [&] { return std::make_shared<const BrickPyramid>(build_quantized_bricks(m_voxels)); });
+  }
   const Affine& index_from_world() const override { return m_index_from_world; }
 
   Box3d bounds() const override {
@@ -145,7 +170,7 @@ class GridField final : public DensityField {
   void sample(const Ray& ray, double t0, double dt, std::span<double> rho,
               FieldCounters& counters) const override {
     const Ray index_ray = to_index(ray);
-    CellReader reader(m_grid);
+    CellReader reader(grid());
     Corners corners;
     for (size_t i = 0; i < rho.size(); ++i) {
       rho[i] = 0.0;
@@ -180,7 +205,7 @@ class GridField final : public DensityField {
                         index_ray.d != Vec3d(0.0);
     if (segment.empty() || !is_ray) return;
 
-    CellReader reader(m_grid);
+    CellReader reader(grid());
     CellStepper stepper(index_ray, first_cell(index_ray.at(segment.t0)));
     CellVisit now{segment.t0, segment.t0};
     while (now.t0 < segment.t1) {
@@ -224,7 +249,13 @@ class GridField final : public DensityField {
     return cell;
   }
 
-  BrickGrid m_grid;
+  const BrickGrid& grid() const {
+    return m_grid.get([&] { return build_brick_grid(m_voxels.leaves(), m_voxels.tiles()); });
+  }
+
+  VoxelSource m_voxels;
+  Lazy<BrickGrid> m_grid;
+  Lazy<std::shared_ptr<const BrickPyramid>> m_quantized;
   Affine m_world_from_index, m_index_from_world;
   Vec3i m_lo, m_hi;  ///< all cells that may be non-zero, [lo, hi)
   Box3d m_cells;     ///< the same as a box of index space
@@ -233,8 +264,8 @@ class GridField final : public DensityField {
 
 }  // namespace
 
-std::shared_ptr<const DensityField> make_grid_field(BrickGrid grid, const Affine& world_from_index) {
-  return std::make_shared<GridField>(std::move(grid), world_from_index);
+std::shared_ptr<const DensityField> make_grid_field(VoxelSource voxels, const Affine& world_from_index) {
+  return std::make_shared<GridField>(std::move(voxels), world_from_index);
 }
 
 }  // namespace pileus

@@ -83,7 +83,7 @@ TEST(ExactDepth, exponential_profile) {
 TEST(ExactDepth, single_trilinear_cells) {
   for (unsigned seed = 0; seed < 20; ++seed) {
     const auto grid = random_grid(2, seed, 0.0);
-    const auto field = field_from_grid(*grid, Affine());
+    const auto field = field_from_grid(grid, Affine());
     const auto accessor = grid->getConstAccessor();
     const reference::SingleScattering twin(
         [&](int i, int j, int k) {
@@ -103,7 +103,7 @@ TEST(ExactDepth, single_trilinear_cells) {
 
 TEST(ExactDepth, grids_with_holes_along_random_and_axis_parallel_rays) {
   const auto grid = random_grid(19, 7);
-  const auto field = field_from_grid(*grid, Affine());
+  const auto field = field_from_grid(grid, Affine());
   const auto accessor = grid->getConstAccessor();
   const reference::SingleScattering twin(
       [&](int i, int j, int k) {
@@ -129,7 +129,7 @@ TEST(ExactDepth, huge_tiles_cost_one_piece_and_stay_exact) {
   grid->tree().addTile(1, {0, 0, 0}, 0.5f, true);     // an 8^3 tile
   grid->tree().addTile(2, {128, 0, 0}, 0.25f, true);  // a 128^3 tile
   grid->setGridClass(openvdb::GRID_FOG_VOLUME);
-  const auto field = field_from_grid(*grid, Affine());
+  const auto field = field_from_grid(grid, Affine());
   // Along x through both: ramps of one voxel at each end keep the full sum of the voxels.
   EXPECT_NEAR(column_along(*field, {{-9, 3, 3}, {1, 0, 0}}), 8 * 0.5 + 128 * 0.25, 1e-12 * 36);
   EXPECT_NEAR(column_along(*field, {{400, 3, 3}, {-1, 0, 0}}), 8 * 0.5 + 128 * 0.25, 1e-12 * 36);
@@ -144,22 +144,22 @@ TEST(ExactDepth, cells_below_the_lower_face_of_an_otherwise_empty_node_are_found
     grid->tree().setValueOn(voxel, 1.0f);
   }
   grid->setGridClass(openvdb::GRID_FOG_VOLUME);
-  const auto field = field_from_grid(*grid, Affine());
+  const auto field = field_from_grid(grid, Affine());
   EXPECT_NEAR(column_along(*field, {{-20, 0, 0}, {1, 0, 0}}), 3.0, 1e-12);
   EXPECT_NEAR(column_along(*field, {{5000, 0, 0}, {-1, 0, 0}}), 3.0, 1e-12);
 }
 
 TEST(ExactDepth, inactive_voxels_count_as_interpolation_sees_them) {
   const auto grid = random_grid(4, 3, 0.0);
-  const double all = column_along(*field_from_grid(*grid, Affine()), {{-9, 1.5, 1.5}, {1, 0, 0}});
+  const double all = column_along(*field_from_grid(grid, Affine()), {{-9, 1.5, 1.5}, {1, 0, 0}});
   grid->tree().setValueOff({3, 1, 1}), grid->tree().setValueOff({3, 2, 1});
   grid->tree().setValueOff({3, 1, 2}), grid->tree().setValueOff({3, 2, 2});
-  EXPECT_NEAR(column_along(*field_from_grid(*grid, Affine()), {{-9, 1.5, 1.5}, {1, 0, 0}}), all, 1e-12);
+  EXPECT_NEAR(column_along(*field_from_grid(grid, Affine()), {{-9, 1.5, 1.5}, {1, 0, 0}}), all, 1e-12);
 }
 
 TEST(ExactDepth, transmittances_multiply_over_split_segments) {
   const auto grid = random_grid(12, 5);
-  const auto field = field_from_grid(*grid, Affine());
+  const auto field = field_from_grid(grid, Affine());
   std::mt19937 random(11);
   std::uniform_real_distribution<double> uniform(0.0, 40.0);
   for (int n = 0; n < 200; ++n) {
@@ -186,7 +186,7 @@ TEST(ExactDepth, overlapping_media_add_their_coefficients) {
 }
 
 TEST(ExactDepth, the_inverse_of_the_optical_depth) {
-  const auto field = field_from_grid(*random_grid(6, 9), Affine());
+  const auto field = field_from_grid(random_grid(6, 9), Affine());
   RayProfile profile;
   FieldCounters counters;
   const World world = world_of({field, make_box_field({{0, 0, 0}, {5, 5, 5}})});
@@ -202,7 +202,7 @@ TEST(ExactDepth, the_inverse_of_the_optical_depth) {
 }
 
 TEST(ExactDepth, hostile_rays_end_and_stay_finite) {
-  const auto field = field_from_grid(*random_grid(6, 1), Affine());
+  const auto field = field_from_grid(random_grid(6, 1), Affine());
   const double nan = std::numeric_limits<double>::quiet_NaN();
   const Ray rays[] = {
       {{0, 0, 0}, {0, 0, 0}},      {{2, 2, 2}, {0, 0, 0}},      {{0, 0, 0}, {1, 0.0, -0.0}},

@@ -180,7 +180,8 @@ TEST_P(MarchAgainstExact, threads_and_companions_change_no_bit) {
 TEST_P(MarchAgainstExact, without_its_tricks) {
   const double tolerance = 0.01;
   const std::vector<RayResult> expected = PictureScene(kExact, m_text, 1e-4).picture(64);
-  for (const char* options : {"leaping = false", "sun_cache = false", "leaping = false, sun_cache = false"}) {
+  for (const char* options : {"leaping = false", "sun_cache = false", "leaping = false, sun_cache = false",
+                              "storage = \"float\"", "storage = \"16-bit\""}) {
     const PictureScene march(fmt::format("{{ type = \"march\", {} }}", options), m_text, tolerance);
     errors(march.picture(64), expected, tolerance, options);
   }
@@ -287,6 +288,43 @@ TEST(March, no_rays) {
       kMarch, MarchScenes::camera() + scenes().grid("blob", "extinction = 3") + MarchScenes::sun(), 0.01);
   Counters counters;
   march.tracer().trace({}, {}, counters);
+}
+
+TEST(March, stores_values_as_the_tolerance_allows) {
+  const std::string text =
+      MarchScenes::camera() + scenes().grid("blob", "extinction = 3") + MarchScenes::sun();
+  const auto storage_at = [&](double tolerance, const std::string& integrator = kMarch) {
+    const PictureScene march(integrator, text, tolerance);
+    for (const std::string& choice : march.tracer().choices()) {
+      if (choice.rfind("values of ", 0) == 0) return choice;
+    }
+    return std::string("nothing said");
+  };
+  EXPECT_NE(storage_at(0.01).find("in 16 bits"), std::string::npos) << storage_at(0.01);
+  EXPECT_NE(storage_at(1e-6).find("as floats: 16 bits would err by"), std::string::npos) << storage_at(1e-6);
+  EXPECT_NE(storage_at(1e-6, "{ type = \"march\", storage = \"16-bit\" }").find("in 16 bits"),
+            std::string::npos);
+  EXPECT_NE(storage_at(0.01, "{ type = \"march\", storage = \"float\" }").find("as floats: asked for"),
+            std::string::npos);
+}
+
+TEST(March, the_storage_of_values_hardly_changes_a_picture) {
+  const std::string text =
+      MarchScenes::camera() + scenes().grid("random", "extinction = 6") + MarchScenes::sun();
+  for (const double tolerance : {0.01, 0.003}) {
+    // Long steps and a coarse cache err alike for both.
+    const auto picture = [&](const char* storage) {
+      return PictureScene(fmt::format("{{ type = \"march\", storage = \"{}\", sun_cache = false }}", storage),
+                          text, tolerance)
+          .picture(64);
+    };
+    const std::vector<RayResult> floats = picture("float"), quantized = picture("16-bit");
+    double worst = 0.0;
+    for (size_t i = 0; i < floats.size(); ++i)
+      worst = std::max(worst, difference(floats[i].radiance, quantized[i].radiance));
+    EXPECT_GT(worst, 0.0);
+    EXPECT_LE(worst, 0.5 * tolerance) << tolerance;  // a step more or less, here and there
+  }
 }
 
 TEST(March, a_cloud_that_is_small_in_the_picture) {

@@ -24,7 +24,7 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// A grid as the kernels see it, and the exact answer beside it.
 struct LitGrid {
   LitGrid(const VoxelSources& voxels, const Affine& map, double extinction)
-      : field(make_grid_field(voxels.build(), map)), pyramid(*field->bricks()), world_from_index(map) {
+      : field(make_grid_field(voxels.source(), map)), pyramid(*field->bricks()), world_from_index(map) {
     const BrickGrid& bricks = *field->bricks();
     const Vec3d origin(pyramid.origin());
     grid.pyramid = &pyramid;

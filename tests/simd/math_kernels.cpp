@@ -47,6 +47,18 @@ void trilinears_impl(const float* values, std::span<const int32_t> index, std::s
   }
 }
 
+void quantized_trilinears_impl(const int16_t* values, std::span<const int32_t> index,
+                               std::span<const float> x, std::span<const float> y, std::span<const float> z,
+                               std::span<float> result) {
+  const D d;
+  for (size_t i = 0; i < index.size(); i += kLanes) {
+    const int16_t* at[kLanes];
+    for (size_t k = 0; k < kLanes; ++k) at[k] = values + index[std::min(i + k, index.size() - 1)];
+    const V steps = trilinear_quantized(d, at, 81, 9, load(x, i), load(y, i), load(z, i));
+    store(hn::Mul(steps, hn::Set(d, 1.0f / kQuantizedStep)), result, i);
+  }
+}
+
 const char* target_impl() {
   return hwy::TargetName(HWY_TARGET);
 }
@@ -60,6 +72,7 @@ namespace pileus {
 HWY_EXPORT(transmittances_impl);
 HWY_EXPORT(opacities_impl);
 HWY_EXPORT(trilinears_impl);
+HWY_EXPORT(quantized_trilinears_impl);
 HWY_EXPORT(target_impl);
 
 void transmittances(std::span<const float> tau, std::span<float> result) {
@@ -73,6 +86,11 @@ void opacities(std::span<const float> tau, std::span<float> result) {
 void trilinears(const float* values, std::span<const int32_t> index, std::span<const float> x,
                 std::span<const float> y, std::span<const float> z, std::span<float> result) {
   HWY_DYNAMIC_DISPATCH(trilinears_impl)(values, index, x, y, z, result);
+}
+
+void quantized_trilinears(const int16_t* values, std::span<const int32_t> index, std::span<const float> x,
+                          std::span<const float> y, std::span<const float> z, std::span<float> result) {
+  HWY_DYNAMIC_DISPATCH(quantized_trilinears_impl)(values, index, x, y, z, result);
 }
 
 const char* math_target() {

@@ -15,6 +15,10 @@ void opacities(std::span<const float> tau, std::span<float> result);
 void trilinears(const float* values, std::span<const int32_t> index, std::span<const float> x,
                 std::span<const float> y, std::span<const float> z, std::span<float> result);
 
+/// The same for 16-bit values; results in steps of these.
+void quantized_trilinears(const int16_t* values, std::span<const int32_t> index, std::span<const float> x,
+                          std::span<const float> y, std::span<const float> z, std::span<float> result);
+
 /// Name of the instruction set in use.
 const char* math_target();
 

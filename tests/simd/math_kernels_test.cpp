@@ -212,6 +212,61 @@ TEST_F(TrilinearKernel, constants_stay_constant) {
   });
 }
 
+/// 16-bit values: the same cells, with values rounded to steps.
+class QuantizedTrilinearKernel : public TrilinearKernel {
+ protected:
+  std::vector<int16_t> m_stored;
+
+  QuantizedTrilinearKernel() : m_stored(m_values.size()) {
+    for (size_t i = 0; i < m_stored.size(); ++i) {
+      const unsigned kind = m_random() % 6;
+      m_stored[i] = kind == 0   ? int16_t(-32768)
+                    : kind == 1 ? int16_t(32767)
+                                : int16_t(m_random() % 65536 - 32768);
+    }
+  }
+
+  std::array<float, 8> steps(size_t i) const {
+    const int16_t* at = m_stored.data() + m_index[i];
+    std::array<float, 8> steps;
+    constexpr int kOffsets[] = {0, 81, 9, 90, 1, 82, 10, 91};
+    for (size_t n = 0; n < 8; ++n) steps[n] = float(at[kOffsets[n]] + 32768);
+    return steps;
+  }
+};
+
+TEST_F(QuantizedTrilinearKernel, agrees_with_the_definition) {
+  for_each_simd_target([&](const std::string& target) {
+    quantized_trilinears(m_stored.data(), m_index, m_x, m_y, m_z, m_got);
+    for (size_t i = 0; i < kCount; ++i) {
+      const std::array<float, 8> c = steps(i);
+      const auto [lo, hi] = std::minmax_element(c.begin(), c.end());
+      const long double z = std::nearbyint(static_cast<long double>(m_z[i]) * 32767.0L) / 32767.0L;
+      // Rounding of floats, and of z where its product with 32767 is near one half.
+      const double rounding = 5.0 * double(std::numeric_limits<float>::epsilon()) * double(*hi);
+      double off = 1e30;
+      for (const long double near : {z, z - 1.0L / 32767.0L, z + 1.0L / 32767.0L}) {
+        if (std::abs(near - static_cast<long double>(m_z[i])) > 0.502L / 32767.0L) continue;
+        off =
+            std::min(off, std::abs(double(m_got[i]) - double(reference::trilinear(c, m_x[i], m_y[i], near))));
+      }
+      ASSERT_LE(off, rounding) << target << ", " << i;
+      ASSERT_GE(double(m_got[i]), std::max(0.0, double(*lo) - rounding)) << target << ", " << i;
+      ASSERT_LE(double(m_got[i]), double(*hi) + rounding) << target << ", " << i;
+    }
+  });
+}
+
+TEST_F(QuantizedTrilinearKernel, constants_stay_constant_and_zero_is_zero) {
+  for (const int step : {0, 1, 777, 65535}) {
+    std::fill(m_stored.begin(), m_stored.end(), int16_t(step - 32768));
+    for_each_simd_target([&](const std::string& target) {
+      quantized_trilinears(m_stored.data(), m_index, m_x, m_y, m_z, m_got);
+      for (size_t i = 0; i < kCount; ++i) ASSERT_NEAR(double(m_got[i]), step, 1e-7 * step) << target;
+    });
+  }
+}
+
 TEST(MathKernels, every_length_of_array) {
   for_each_simd_target([&](const std::string& target) {
     for (size_t n = 1; n < 40; ++n) {

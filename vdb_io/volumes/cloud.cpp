@@ -71,7 +71,7 @@ void CloudVolume::commit(std::vector<std::string>& problems) {
 }
 
 std::shared_ptr<const DensityField> CloudVolume::build(const FreeForms& freeforms) const {
-  return field_from_grid(*build_grid(freeforms, {}), Affine());
+  return field_from_grid(build_grid(freeforms, {}), Affine());
 }
 
 openvdb::FloatGrid::Ptr CloudVolume::build_grid(const FreeForms& freeforms,

@@ -27,7 +27,7 @@ class LoadedGrid final : public LoadedDensity {
       : m_grid(std::move(grid)), m_world_from_object(world_from_object) {}
 
   std::shared_ptr<const DensityField> build() const override {
-    return field_from_grid(*m_grid, m_world_from_object);
+    return field_from_grid(m_grid, m_world_from_object);
   }
 
  private:

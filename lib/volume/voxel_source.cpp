@@ -1,0 +1,58 @@
+#include "lib/volume/voxel_source.h"
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+#include <fmt/format.h>
+
+#include "lib/core/error.h"
+#include "lib/core/parallel.h"
+#include "lib/volume/kernels/leaf_kernels.h"
+
+namespace pileus {
+
+void CellBounds::extend(const Vec3i& origin, int size) {
+  constexpr int kMargin = 1 << 13, kLowest = std::numeric_limits<int>::min() + kMargin,
+                kHighest = std::numeric_limits<int>::max() - kMargin;
+  for (int axis = 0; axis < 3; ++axis) {
+    if (origin[axis] < kLowest || origin[axis] > kHighest) {
+      throw Error(ErrorKind::failed, SourceLoc{},
+                  fmt::format("voxels at ({}, {}, {}); expected indices from {} to {}", origin.x, origin.y,
+                              origin.z, kLowest, kHighest));
+    }
+  }
+  const Vec3i lo = origin - Vec3i(1), hi = origin + Vec3i(size);
+  for (int axis = 0; axis < 3; ++axis) {
+    m_lo[axis] = m_is_empty ? lo[axis] : std::min(m_lo[axis], lo[axis]);
+    m_hi[axis] = m_is_empty ? hi[axis] : std::max(m_hi[axis], hi[axis]);
+  }
+  m_is_empty = false;
+}
+
+VoxelSource::VoxelSource(std::vector<VoxelLeaf> leaves, std::vector<VoxelTile> tiles,
+                         std::shared_ptr<const void> owner)
+    : m_leaves(std::move(leaves)), m_tiles(std::move(tiles)), m_owner(std::move(owner)) {
+  scan_leaves();
+  for (const VoxelTile& tile : m_tiles) {
+    if (!(tile.value > 0.0f)) continue;
+    m_bounds.extend(tile.origin, tile.size);
+    m_max = std::max(m_max, tile.value);
+  }
+}
+
+void VoxelSource::scan_leaves() {
+  m_reached.resize(m_leaves.size());
+  constexpr size_t kLeavesPerTask = 256;
+  std::vector<float> largest((m_leaves.size() + kLeavesPerTask - 1) / kLeavesPerTask);
+  parallel_for(largest.size(), [&](size_t task) {
+    const size_t first = task * kLeavesPerTask, count = std::min(kLeavesPerTask, m_leaves.size() - first);
+    largest[task] = pileus::scan_leaves(std::span(m_leaves).subspan(first, count), m_reached.data() + first);
+  });
+  for (const float value : largest) m_max = std::max(m_max, value);
+  for (size_t i = 0; i < m_leaves.size(); ++i) {
+    if (m_reached[i] != 0) m_bounds.extend(m_leaves[i].origin, 8);
+  }
+}
+
+}  // namespace pileus
