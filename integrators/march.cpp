@@ -226,7 +226,7 @@ class MarchTracer final : public Tracer {
     constexpr double kMostBytes = 512e6;
     const SunlightChoice choice = pileus::choose_sunlight(m_world, picture, m_shares.cache * m_tolerance,
                                                           options.sun_cache ? kMostBytes : 0.0, m_march);
-    m_cache_error = choice.error;
+    m_cache_error = choice.brightest > 0.0 ? choice.error / choice.brightest : 0.0;
     m_choices.push_back("sunlight: " + choice.reason);
   }
 
@@ -388,8 +388,8 @@ class MarchTracer final : public Tracer {
     const double stop_error = passed <= packet.jobs[i].stop ? Shares::stop * m_tolerance : 0.0;
     const double value_error =
         passed < 1.0 ? m_level_error + m_march.storage_error(packet.jobs[i].brightest) : 0.0;
-    result.error =
-        kEstimateSafety * marched.error + (1.0 - passed) * m_cache_error + stop_error + value_error;
+    const double cache_error = (1.0 - passed) * m_cache_error * m_march.sunlit(packet.jobs[i].weights);
+    result.error = kEstimateSafety * marched.error + cache_error + stop_error + value_error;
     result.samples = marched.samples + marched.lookups;
     return result;
   }
@@ -431,7 +431,7 @@ class MarchTracer final : public Tracer {
   std::unique_ptr<const EnclosedWorld> m_enclosed;  ///< where a bound is asked for
   std::unique_ptr<const Tracer> m_exact;            ///< for rays that miss the tolerance
   Shares m_shares;
-  double m_cache_error = 0.0;  ///< of the sun's cache, for a pixel of opacity 1
+  double m_cache_error = 0.0;  ///< of the sun's cache, for a pixel of opacity 1, as a share of its sunlight
   double m_level_error = 0.0;  ///< of reading grids at coarser levels, for a pixel that shows a medium
   std::vector<std::string> m_choices;
 };

@@ -193,16 +193,25 @@ void MarchWorld::add_glow(const WorldMedium& medium, MarchGrid& grid) const {
   if (emission == 0.0) grid.glow_bound = sky;
 }
 
+double MarchWorld::sunlit(size_t grid, const float* weights) const {
+  double sum = 0.0;
+  for (size_t l = 0; l < m_suns.size(); ++l) {
+    const float* of_light = weights + (grid * m_suns.size() + l) * kMostTerms;
+    for (int k = 0; k < kernel.grids[grid].terms; ++k) sum += std::max(0.0, double(of_light[k]));
+  }
+  return sum;
+}
+
+double MarchWorld::sunlit(const float* weights) const {
+  double most = 0.0;
+  for (size_t g = 0; g < kernel.grids.size(); ++g) most = std::max(most, sunlit(g, weights));
+  return most;
+}
+
 double MarchWorld::brightest(const float* weights) const {
   double most = 0.0;
-  for (size_t g = 0; g < kernel.grids.size(); ++g) {
-    double sum = kernel.grids[g].glow_bound;
-    for (size_t l = 0; l < m_suns.size(); ++l) {
-      const float* of_light = weights + (g * m_suns.size() + l) * kMostTerms;
-      for (int k = 0; k < kernel.grids[g].terms; ++k) sum += std::max(0.0, double(of_light[k]));
-    }
-    most = std::max(most, sum);
-  }
+  for (size_t g = 0; g < kernel.grids.size(); ++g)
+    most = std::max(most, kernel.grids[g].glow_bound + sunlit(g, weights));
   return most;
 }
 

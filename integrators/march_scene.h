@@ -70,6 +70,9 @@ class MarchWorld {
   /// channel.
   double brightest(const float* weights) const;
 
+  /// The part of it that comes from suns, in full light.
+  double sunlit(const float* weights) const;
+
   /// The kernel's height at t along a ray, as the two coefficients that it wants.
   void set_height(const Ray& ray, MarchRay& job) const;
 
@@ -80,6 +83,7 @@ class MarchWorld {
   double exact_depth(size_t light, const Vec3d& p_world, FieldCounters& counters) const;
 
  private:
+  double sunlit(size_t grid, const float* weights) const;
   void add_grid(const WorldMedium& medium, const MarchStorage& storage);
   double brightness_in_view(const WorldMedium& medium) const;
   std::shared_ptr<const BrickPyramid> stored_values(const WorldMedium& medium, const MarchStorage& storage);

@@ -9,10 +9,11 @@ namespace pileus {
 
 /// How the march finds out how much of each sun reaches a point.
 struct SunlightChoice {
-  double spacing = 0.0;  ///< of the lattices' nodes [cells]; 0: shadow rays
-  double step = 0.0;     ///< of shadow rays [cells]; 0: lattices
-  double error = 0.0;    ///< estimated effect on a pixel of opacity 1 [radiance]
-  std::string reason;    ///< for people
+  double spacing = 0.0;    ///< of the lattices' nodes [cells]; 0: shadow rays
+  double step = 0.0;       ///< of shadow rays [cells]; 0: lattices
+  double error = 0.0;      ///< estimated effect on a pixel of opacity 1 that gets `brightest` [radiance]
+  double brightest = 0.0;  ///< MarchWorld::sunlit of the ray that gets most
+  std::string reason;      ///< for people
 };
 
 /// Fills march.kernel.lattices, or sets its shadow_step, so that the effect on a pixel is estimated to stay
@@ -20,8 +21,9 @@ struct SunlightChoice {
 /// suffice for them.
 ///
 /// The error is measured, not guessed: along a few camera rays, at the points where most light comes from,
-/// optical depths are compared with the exact ones. It falls with the square of the spacing, which gives the
-/// spacing that is needed; the lattices built with it are compared once more.
+/// optical depths are compared with columns in steps that are short beside a voxel, shadow rays with exact
+/// depths. It falls with the square of the spacing, which gives the spacing that is needed; the lattices
+/// built with it are compared once more.
 SunlightChoice choose_sunlight(const World& world, const Vec2i& picture, double tolerance, double most_bytes,
                                MarchWorld& march);
 

@@ -16,7 +16,7 @@ void read(const std::filesystem::path& path) {
   try {
     const DensityGrid density =
         read_density_grid(path, {"", LevelSetPolicy::to_fog, BadValuePolicy::to_zero});
-    field_from_grid(*density.grid, Affine());
+    field_from_grid(density.grid, Affine());
   } catch (const Error&) {
   }
 }

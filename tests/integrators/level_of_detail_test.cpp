@@ -127,7 +127,9 @@ TEST_F(LevelOfDetail, what_would_show_is_not_taken) {
   const std::string text = MarchScenes::camera("[0, 1, 8]") + rough("extinction = 20") + MarchScenes::sun();
   const Vec2i size(60, 40);
   const PictureScene on(kOn, text, 0.003, size);
-  EXPECT_NE(choice(on, "rough").find(" at level 0 "), std::string::npos) << choice(on, "rough");
+  // Nothing is said of levels where shadow rays have to read the finest in any case.
+  const std::string sentence = choice(on, "rough");
+  EXPECT_TRUE(sentence.empty() || sentence.find(" at level 0 ") != std::string::npos) << sentence;
   const std::vector<RayResult> with = on.picture(64),
                                expected = PictureScene(kExact, text, 1e-5, size).picture(64);
   for (size_t i = 0; i < with.size(); ++i)
