@@ -18,6 +18,7 @@
 #include "integrators/kernels/lattice_reader-inl.h"
 #include "integrators/kernels/packet-inl.h"
 #include "integrators/kernels/readers-inl.h"
+#include "integrators/kernels/shadow_rays-inl.h"
 #include "integrators/kernels/walks-inl.h"
 #include "lib/math/transmittance.h"
 #include "lib/simd/exponential-inl.h"
@@ -347,7 +348,7 @@ class Marcher {
     V lit = hn::Zero(d), glow = hn::Zero(d);
     for (int g = 0; g < grids(); ++g) {
       const V rho = m_rhos[size_t(g)].get(v), column = hn::Mul(mean, rho);
-      add_to(sum_of(g, 0), v, column);
+      sum_of(g, 0).add(v, column);
       const V extinction = hn::Set(d, m_extinctions[size_t(g)]);
       lit = hn::MulAdd(hn::Mul(rho, extinction), add_scattered(g, v, hn::Mul(column, extinction), t), lit);
       glow = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[size_t(g)].glow)), glow);
@@ -369,22 +370,18 @@ class Marcher {
     V sum = hn::Zero(D());
     for (int l = 0; l < lights(); ++l) {
       const V response = response_of(grid, l, v, sun_depth(l, v, t));
-      add_to(sum_of(grid, 2 + l), v, hn::Mul(scattered, response));
+      sum_of(grid, 2 + l).add(v, hn::Mul(scattered, response));
       sum = hn::Add(sum, response);
     }
     if constexpr (!kPlain) {
       const V height = hn::MulAdd(t, m_height1.get(v), m_height0.get(v));
-      add_to(sum_of(grid, 1), v, hn::Mul(scattered, height));
+      sum_of(grid, 1).add(v, hn::Mul(scattered, height));
     }
     return sum;
   }
 
   PacketFloats& sum_of(int grid, int index) {
     return m_sums[size_t(grid) * sums_per_grid(m_scene) + size_t(index)];
-  }
-
-  static HWY_INLINE void add_to(PacketFloats& sum, size_t v, V value) {
-    sum.set(v, hn::Add(sum.get(v), value));
   }
 
   HWY_INLINE V sun_depth(int light, size_t v, V t) {
@@ -412,34 +409,11 @@ class Marcher {
   }
 
   V traced_depth(int light, int grid, size_t v, V t) {
-    const D d;
     const MarchGrid& scene = m_scene.grids[size_t(grid)];
     const Vec3d towards = scene.local_from_world.direction(m_scene.towards_suns[size_t(light)]);
-    const double ds = m_scene.shadow_step / length(towards);  // [m]
-    V p[3], step[3];
-    V most = hn::Set(d, std::numeric_limits<float>::max());  // steps until a lane leaves the grid
-    for (int axis = 0; axis < 3; ++axis) {
-      const float per_step = float(towards[axis] * ds);
-      p[axis] = m_paths[size_t(grid)].at(axis, v, t);
-      step[axis] = hn::Set(d, per_step);
-      if (per_step == 0.0f) continue;
-      const V exit = hn::Set(d, float(per_step > 0.0f ? scene.bounds.max[axis] : scene.bounds.min[axis]));
-      most = hn::Min(most, hn::Div(hn::Sub(exit, p[axis]), step[axis]));
-    }
-    const float scale = float(scene.extinction * ds);
-    const V enough = hn::Set(d, float(m_scene.enough_shadow) / scale);
-    const int count = int(std::clamp(hn::GetLane(hn::MaxOfLanes(d, most)), 0.0f, 1e7f)) + 1;
-    V sum = hn::Zero(d);
-    int k = 0;
-    for (; k < count; ++k) {
-      const V at = hn::Set(d, float(k) + 0.5f);
-      sum = hn::Add(sum, m_grids[size_t(grid)].read_or_skip(hn::MulAdd(at, step[0], p[0]),
-                                                            hn::MulAdd(at, step[1], p[1]),
-                                                            hn::MulAdd(at, step[2], p[2])));
-      if (k % 8 == 7 && hn::AllTrue(d, hn::Ge(sum, enough))) break;
-    }
-    m_lookups += uint64_t(k) * kLanes;
-    return hn::Mul(sum, hn::Set(d, scale));
+    const PacketPath& path = m_paths[size_t(grid)];
+    return trace_shadow(scene, m_grids[size_t(grid)], {towards, m_scene.shadow_step, m_scene.enough_shadow},
+                        path.at(0, v, t), path.at(1, v, t), path.at(2, v, t), m_lookups);
   }
 
   HWY_INLINE V response_of(int grid, int light, size_t v, V tau) const {
@@ -459,26 +433,13 @@ class Marcher {
     }
   }
 
-  /// Depths of one ray; only where a picture shows them.
-  struct Depths {
-    Segment first{0.0, std::numeric_limits<double>::infinity()};  ///< see MarchResult; t from m_base
-    double half = std::numeric_limits<double>::infinity();
-  };
-
   void note_depths(size_t v, V t, V dt, V rho, V tau, V before, V after) {
     const D d;
     alignas(64) float ts[kLanes], dts[kLanes], rhos[kLanes], taus[kLanes], befores[kLanes], afters[kLanes];
     hn::Store(t, d, ts), hn::Store(dt, d, dts), hn::Store(rho, d, rhos), hn::Store(tau, d, taus);
     hn::Store(before, d, befores), hn::Store(after, d, afters);
     for (size_t i = 0; i < kLanes; ++i) {
-      Depths& depths = m_depths[v * kLanes + i];
-      if (!std::isfinite(depths.first.t1))
-        (rhos[i] > 0.0f ? depths.first.t1 : depths.first.t0) = double(ts[i]);
-      if (befores[i] >= 0.5f && afters[i] < 0.5f && !std::isfinite(depths.half)) {
-        // Inside its step the density is taken as constant.
-        const double share = std::clamp(std::log(2.0 * double(befores[i])) / double(taus[i]), 0.0, 1.0);
-        depths.half = double(ts[i]) + (share - 0.5) * double(dts[i]);
-      }
+      m_depths[v * kLanes + i].note(ts[i], dts[i], rhos[i], taus[i], befores[i], afters[i]);
     }
   }
 
@@ -502,7 +463,7 @@ class Marcher {
     }
   }
 
-  void tell_depths(const Depths& depths, MarchResult& result) const {
+  void tell_depths(const RayDepths& depths, MarchResult& result) const {
     if (std::isfinite(depths.first.t1)) result.first = {m_base + depths.first.t0, m_base + depths.first.t1};
     result.z_half = m_base + depths.half;
   }
@@ -528,7 +489,7 @@ class Marcher {
   PacketFloats m_start, m_end, m_behind, m_stop, m_height0, m_height1, m_passed, m_error2;
   CompensatedFloats m_tau;
   History m_history;
-  std::array<Depths, kPacketRays> m_depths;
+  std::array<RayDepths, kPacketRays> m_depths;
 };
 
 }  // namespace pileus::HWY_NAMESPACE

@@ -7,7 +7,10 @@
 #define PILEUS_INTEGRATORS_KERNELS_PACKET_INL_H
 #endif
 
+#include <algorithm>
+#include <cmath>
 #include <cstdint>
+#include <limits>
 
 #include "hwy/highway.h"
 
@@ -26,6 +29,7 @@ struct alignas(64) PacketFloats {
 
   HWY_INLINE V get(size_t vector) const { return hn::Load(D(), of + vector * kLanes); }
   HWY_INLINE void set(size_t vector, V value) { hn::Store(value, D(), of + vector * kLanes); }
+  HWY_INLINE void add(size_t vector, V value) { set(vector, hn::Add(get(vector), value)); }
   void fill(float value) { std::fill_n(of, kPacketRays, value); }
 };
 
@@ -59,6 +63,21 @@ struct PacketPath {
   }
   HWY_INLINE V at(int axis, size_t vector, V t) const {
     return hn::MulAdd(t, d[axis].get(vector), o[axis].get(vector));
+  }
+};
+
+/// Depths of one ray; only where a picture shows them.
+struct RayDepths {
+  Segment first{0.0, std::numeric_limits<double>::infinity()};  ///< see MarchResult
+  double half = std::numeric_limits<double>::infinity();
+
+  /// A step and the transmittance before and after it.
+  void note(float t, float dt, float rho, float tau, float before, float after) {
+    if (!std::isfinite(first.t1)) (rho > 0.0f ? first.t1 : first.t0) = double(t);
+    if (before < 0.5f || after >= 0.5f || std::isfinite(half)) return;
+    // Inside its step the density is taken as constant.
+    const double share = std::clamp(std::log(2.0 * double(before)) / double(tau), 0.0, 1.0);
+    half = double(t) + (share - 0.5) * double(dt);
   }
 };
 
