@@ -67,7 +67,12 @@ inline JoinSlopes intersection_slopes(double a, double b, const Blend& blend) {
   const double square = detail::blend_square(x, y, alpha, w);
   if (square == 0) return std::fabs(a) <= std::fabs(b) ? JoinSlopes{1, 0} : JoinSlopes{0, 1};
   const double root = std::sqrt(square);
-  return {(1 - (x - alpha * y) / root) / (1 + alpha), (1 - (y - alpha * x) / root) / (1 + alpha)};
+  // 1 - u / root, where root² = u² + rest: without cancellation, as a slope of 0 may meet a huge gradient.
+  const auto slope = [&](double of, double other) {
+    const double u = of - alpha * other, rest = (1 - alpha) * (1 + alpha) * other * other + w * w;
+    return (u > 0 ? rest / (root * (root + u)) : (root - u) / root) / (1 + alpha);
+  };
+  return {slope(x, y), slope(y, x)};
 }
 
 inline JoinSlopes join_slopes(Join kind, double a, double b, const Blend& blend) {

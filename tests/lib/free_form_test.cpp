@@ -181,6 +181,14 @@ TEST(FreeForm, smooth_joins_approach_the_sharp_ones_and_stay_on_their_side) {
   }
 }
 
+TEST(FreeForm, a_far_operand_of_a_smooth_join_leaves_the_gradient_alone) {
+  // f = -1e17 with a gradient of 1e17: its share in the union is 1e-17 squared, not a rounding of 1.
+  const FreeForm near = plane({0, 0, 0}, {1, 0, 0}, 1), far = plane({-1, 0, 0}, {1, 0, 0}, 1e-17);
+  for (const Blend& blend : {Blend{.alpha = 0.6}, Blend{.smooth = 0.5}, Blend{.alpha = 0.0}}) {
+    EXPECT_NEAR(joined(Join::unite, near, far, blend).gradient({0.25, 0, 0}).x, -1.0, 1e-9);
+  }
+}
+
 TEST(FreeForm, placing_moves_the_function_with_the_solid) {
   RandomForms forms(49);
   for (int n = 0; n < 200; ++n) {
