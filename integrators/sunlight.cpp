@@ -157,7 +157,7 @@ double measured_error(const Pilots& pilots, const MarchWorld& march, DepthAt&& d
   if (pilots.empty()) return 0.0;
   // What few points do not average out is a reserve of its own.
   const bool has_few = pilots.front().points.size() <= size_t(kFewPoints);
-  const double of_mean = has_few ? 3.0 : 3.5, of_worst = has_few ? 0.7 : 1.3;
+  const double of_mean = has_few ? 3.5 : 4.0, of_worst = has_few ? 1.0 : 1.6;
   std::vector<double> errors(pilots.size());
   parallel_for(errors.size(), [&](size_t i) {
     const PilotRay& ray = pilots[i];
