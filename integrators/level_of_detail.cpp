@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "integrators/pilot_pixels.h"
 #include "lib/math/box.h"
 
 namespace pileus {
@@ -66,15 +67,12 @@ bool meets_a_medium(const World& world, const Ray& ray) {
 
 /// Rays all over the picture that come near a medium; as dense as it takes to meet what is small.
 std::vector<Ray> pilot_rays(const World& world, const Vec2i& picture) {
-  constexpr int kColumns = 24, kRows = 14, kDensest = 32;
-  constexpr size_t kEnough = 256;
+  constexpr size_t kFirst = 336, kMost = 1024 * kFirst, kDenser = 4, kEnough = 256;
   std::vector<Ray> rays;
-  for (int density = 1; density <= kDensest && rays.size() < kEnough; density *= 2) {
-    rays.clear();
-    const int columns = density * kColumns, rows = density * kRows;
-    for (int n = 0; n < columns * rows; ++n) {
-      const Vec2d pixel((n % columns + 0.5) / columns * picture.x, (n / columns + 0.5) / rows * picture.y);
-      const Ray ray = world.camera->ray(pixel, picture);
+  size_t n = 0;
+  for (size_t count = kFirst; count <= kMost && rays.size() < kEnough; count *= kDenser) {
+    for (; n < count; ++n) {
+      const Ray ray = world.camera->ray(pilot_pixel(n, picture), picture);
       if (meets_a_medium(world, ray)) rays.push_back(ray);
     }
   }

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "integrators/kernels/sun_kernel.h"
+#include "integrators/pilot_pixels.h"
 #include "integrators/sun_lattice.h"
 #include "lib/core/parallel.h"
 #include "lib/math/box.h"
@@ -17,9 +18,9 @@
 namespace pileus {
 namespace {
 
-constexpr int kColumns = 24, kRows = 14;  ///< pilot rays across the picture, at first
-constexpr size_t kEnoughPilots = 64;      ///< that meet a medium
-constexpr double kPilotStep = 0.5;        ///< of the columns that count as true [cells]
+constexpr size_t kFirstPilots = 336;  ///< pilot rays all over the picture, at first
+constexpr size_t kEnoughPilots = 64;  ///< that meet a medium
+constexpr double kPilotStep = 0.5;    ///< of the columns that count as true [cells]
 
 /// A place where light is scattered towards the camera.
 struct PilotPoint {
@@ -109,25 +110,22 @@ PilotRay pilot_ray(const MarchWorld& march, const Ray& ray, int points) {
   return pilot;
 }
 
-std::vector<PilotRay> trace_rays(const World& world, const Vec2i& picture, const MarchWorld& march,
-                                 int points, const Vec2i& raster) {
-  std::vector<PilotRay> rays(size_t(raster.x) * size_t(raster.y));
-  parallel_for(rays.size(), [&](size_t i) {
-    const Vec2d pixel((double(int(i) % raster.x) + 0.5) / raster.x * picture.x,
-                      (double(int(i) / raster.x) + 0.5) / raster.y * picture.y);
-    rays[i] = pilot_ray(march, world.camera->ray(pixel, picture), points);
+Pilots trace_rays(const World& world, const Vec2i& picture, const MarchWorld& march, int points,
+                  size_t count) {
+  Pilots pilots(count);
+  parallel_for(count, [&](size_t n) {
+    pilots[n] = pilot_ray(march, world.camera->ray(pilot_pixel(n, picture), picture), points);
   });
-  std::erase_if(rays, [](const PilotRay& ray) { return ray.points.empty(); });
-  return rays;
+  std::erase_if(pilots, [](const PilotRay& pilot) { return pilot.points.empty(); });
+  return pilots;
 }
 
 /// Pilots as dense as it takes to meet what is small in the picture.
 Pilots trace_pilots(const World& world, const Vec2i& picture, const MarchWorld& march, int points) {
-  constexpr double kDensest = 8.0, kDenser = 1.5;
+  constexpr size_t kMostPilots = 64 * kFirstPilots, kDenser = 2;
   Pilots pilots;
-  for (double finer = 1.0; finer <= kDensest && pilots.size() < kEnoughPilots; finer *= kDenser) {
-    pilots = trace_rays(world, picture, march, points, {int(finer * kColumns), int(finer * kRows)});
-  }
+  for (size_t count = kFirstPilots; count <= kMostPilots && pilots.size() < kEnoughPilots; count *= kDenser)
+    pilots = trace_rays(world, picture, march, points, count);
   return pilots;
 }
 
@@ -157,7 +155,7 @@ double measured_error(const Pilots& pilots, const MarchWorld& march, DepthAt&& d
   if (pilots.empty()) return 0.0;
   // What few points do not average out is a reserve of its own.
   const bool has_few = pilots.front().points.size() <= size_t(kFewPoints);
-  const double of_mean = has_few ? 3.5 : 4.0, of_worst = has_few ? 1.0 : 1.6;
+  const double of_mean = has_few ? 3.0 : 3.5, of_worst = has_few ? 1.0 : 1.25;
   std::vector<double> errors(pilots.size());
   parallel_for(errors.size(), [&](size_t i) {
     const PilotRay& ray = pilots[i];
