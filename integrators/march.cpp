@@ -13,8 +13,9 @@
 /// The tolerance is shared out: half for the sun's cache, four tenths for the steps, a tenth for ending rays
 /// early; where levels come into question they get 0.15 of it, from the cache and the steps. A ray that
 /// misses the tolerance all the same, by its own estimate, goes to `exact`. Depths (aov Z) are as good as the
-/// voxels that were read. Grids lit by suns are marched. For scenes with analytic media, lights at a finite
-/// distance or solids that cast shadows into media, and for tolerance 0, all rays go to `exact`.
+/// voxels that were read. Grids lit by suns are marched, solids and their shadows
+/// among them. For scenes with analytic media or lights at a finite distance, and for tolerance 0, all rays
+/// go to `exact`.
 ///
 /// With the AOV `error_bound`, every ray comes with a proven bound of its error: docs/error_bound.md.
 ///
@@ -45,8 +46,10 @@
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/level_of_detail.h"
 #include "integrators/lighting.h"
+#include "integrators/march_packet.h"
 #include "integrators/march_scene.h"
 #include "integrators/ray_enclosure.h"
+#include "integrators/solid_shadows.h"
 #include "integrators/sunlight.h"
 #include "lib/core/build_features.h"
 #include "lib/core/error.h"
@@ -135,6 +138,7 @@ class MarchTracer final : public Tracer {
     if (plan.scattering) choose_sunlight(accuracy.picture, options);
     if (has_levels) choose_levels(accuracy.picture, levels);
     if (wants_bound(plan)) prepare_bound();
+    if (plan.scattering && plan.surface_shadows) prepare_shadows();
   }
 
   size_t rays_per_call() const override {
@@ -149,9 +153,10 @@ class MarchTracer final : public Tracer {
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     if (rays.empty()) return;
     if (!m_plan.surfaces && !m_enclosed && misses_media(rays)) return show_background(rays, results);
-    Packet packet(rays, m_march, m_plan.surfaces);
+    MarchPacket packet(rays, m_march, m_plan.surfaces, m_shadows.has_value());
     TraceCounters tile;
     for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i, tile);
+    if (m_shadows) tile.surface_shadow_rays += find_shadows(packet);
     march(packet);
     refine(packet);
     count_work(packet, tile);
@@ -164,44 +169,6 @@ class MarchTracer final : public Tracer {
   }
 
  private:
-  /// The rays of one call and what becomes of them.
-  struct Packet {
-    Packet(std::span<const Ray> all, const MarchWorld& march, bool has_surfaces)
-        : rays(all),
-          jobs(all.size()),
-          marched(all.size()),
-          hits(has_surfaces ? all.size() : 0),
-          behind(all.size()),
-          stride(march.kernel.grids.size() * sums_per_grid(march.kernel)),
-          sums(all.size() * stride) {
-      march.weights_for(all[0].d, weights);
-      if (!kHasPhase || march.is_isotropic()) {
-        brightest = march.brightest(weights.data());
-        return;
-      }
-      const size_t count = weights.size();
-      weights.resize(all.size() * count);
-      std::vector<float> own;
-      for (size_t i = 1; i < all.size(); ++i) {
-        march.weights_for(all[i].d, own);
-        std::copy(own.begin(), own.end(), weights.begin() + std::ptrdiff_t(i * count));
-      }
-      weights_step = count;
-    }
-
-    std::span<const Ray> rays;
-    std::vector<MarchRay> jobs;
-    std::vector<MarchResult> marched;
-    std::vector<std::optional<WorldHit>> hits;  ///< none where there are no surfaces
-    std::vector<Rgb> behind;                    ///< radiance from the end of each ray
-    size_t stride;
-    std::vector<double> sums;
-    std::vector<float> weights;
-    size_t weights_step = 0;  ///< 0 where all rays share theirs
-    double brightest = 0.0;   ///< of the media, where all rays share their weights
-    uint64_t samples = 0, lookups = 0, leaps = 0;
-  };
-
   /// True where none of the rays can meet a medium: they are then answered at once.
   bool misses_media(std::span<const Ray> rays) const {
     Beam beam;
@@ -228,6 +195,11 @@ class MarchTracer final : public Tracer {
                                                           options.sun_cache ? kMostBytes : 0.0, m_march);
     m_cache_error = choice.brightest > 0.0 ? choice.error / choice.brightest : 0.0;
     m_choices.push_back("sunlight: " + choice.reason);
+  }
+
+  void prepare_shadows() {
+    SolidShadows shadows(m_world);
+    if (shadows.any()) m_shadows.emplace(std::move(shadows));
   }
 
   void prepare_bound() {
@@ -261,7 +233,7 @@ class MarchTracer final : public Tracer {
     std::vector<RayResult> results(rays.size());
     parallel_for((rays.size() + kRaysPerTask - 1) / kRaysPerTask, [&](size_t task) {
       const size_t first = task * kRaysPerTask, count = std::min(kRaysPerTask, rays.size() - first);
-      Packet packet(rays.subspan(first, count), m_march, m_plan.surfaces);
+      MarchPacket packet(rays.subspan(first, count), m_march, m_plan.surfaces);
       TraceCounters counters;
       for (size_t i = 0; i < count; ++i) {
         prepare_ray(packet, i, counters);
@@ -274,7 +246,7 @@ class MarchTracer final : public Tracer {
     return results;
   }
 
-  void prepare_ray(Packet& packet, size_t i, TraceCounters& tile) const {
+  void prepare_ray(MarchPacket& packet, size_t i, TraceCounters& tile) const {
     const Ray& ray = packet.rays[i];
     MarchRay& job = packet.jobs[i];
     job.ray = ray;
@@ -301,12 +273,24 @@ class MarchTracer final : public Tracer {
     m_march.set_height(ray, job);
   }
 
-  void march(Packet& packet) const {
+  /// Returns the number of shadow rays this took.
+  uint64_t find_shadows(MarchPacket& packet) const {
+    const size_t suns = m_march.suns().size();
+    uint64_t shadow_rays = 0;
+    for (size_t first = 0; first < packet.jobs.size(); first += kPacketRays) {
+      const size_t count = std::min(kPacketRays, packet.jobs.size() - first);
+      shadow_rays += m_shadows->find(std::span(packet.jobs).subspan(first, count),
+                                     std::span(packet.lit).subspan(first * suns, count * suns));
+    }
+    return shadow_rays;
+  }
+
+  void march(MarchPacket& packet) const {
     march_rays(m_march.kernel, packet.jobs, packet.marched, packet.sums);
     count_marched(packet, packet.marched);
   }
 
-  static void count_marched(Packet& packet, std::span<const MarchResult> marched) {
+  static void count_marched(MarchPacket& packet, std::span<const MarchResult> marched) {
     for (const MarchResult& result : marched) {
       packet.samples += result.samples;
       packet.lookups += result.lookups;
@@ -316,7 +300,7 @@ class MarchTracer final : public Tracer {
 
   /// Marches again, finer, the rays whose estimate says that they miss their share of the tolerance; those of
   /// one packet of the kernel together.
-  void refine(Packet& packet) const {
+  void refine(MarchPacket& packet) const {
     constexpr int kRounds = 3;
     for (size_t first = 0; first < packet.jobs.size(); first += kPacketRays) {
       const size_t end = std::min(first + kPacketRays, packet.jobs.size());
@@ -326,7 +310,7 @@ class MarchTracer final : public Tracer {
   }
 
   /// False where all is good.
-  bool refine(Packet& packet, size_t first, size_t end) const {
+  bool refine(MarchPacket& packet, size_t first, size_t end) const {
     const double allowed = m_shares.step * m_tolerance / kEstimateSafety;
     std::array<size_t, kPacketRays> chosen;
     std::array<MarchRay, kPacketRays> jobs;
@@ -363,7 +347,7 @@ class MarchTracer final : public Tracer {
     ++counters["exact_rays"];
   }
 
-  void count_work(const Packet& packet, TraceCounters& tile) const {
+  void count_work(const MarchPacket& packet, TraceCounters& tile) const {
     tile.camera.density_samples += packet.samples;
     tile.camera.leaps += packet.leaps;
     tile.source_samples += packet.samples * (m_plan.scattering ? 1 : 0);
@@ -372,7 +356,7 @@ class MarchTracer final : public Tracer {
     tile.media_shadow_rays += packet.lookups;
   }
 
-  RayResult finish_ray(const Packet& packet, size_t i) const {
+  RayResult finish_ray(const MarchPacket& packet, size_t i) const {
     const MarchResult& marched = packet.marched[i];
     const double passed = transmittance(marched.tau);
     RayResult result;
@@ -409,7 +393,7 @@ class MarchTracer final : public Tracer {
     return z;
   }
 
-  void bound_errors(const Packet& packet, std::span<RayResult> results, Counters& counters) const {
+  void bound_errors(const MarchPacket& packet, std::span<RayResult> results, Counters& counters) const {
     RayEnclosure enclosure(*m_enclosed);
     const RayEnclosure::Goal goal{kBoundShare * m_tolerance};
     for (size_t i = 0; i < results.size(); ++i) {
@@ -429,6 +413,7 @@ class MarchTracer final : public Tracer {
   double m_tolerance;
   MarchWorld m_march;
   std::unique_ptr<const EnclosedWorld> m_enclosed;  ///< where a bound is asked for
+  std::optional<SolidShadows> m_shadows;            ///< where solids shade media
   std::unique_ptr<const Tracer> m_exact;            ///< for rays that miss the tolerance
   Shares m_shares;
   double m_cache_error = 0.0;  ///< of the sun's cache, for a pixel of opacity 1, as a share of its sunlight

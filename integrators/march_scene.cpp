@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 
 #include "integrators/lighting.h"
+#include "integrators/solid_shadows.h"
 #include "lib/core/build_features.h"
 #include "lib/volume/quantized_bricks.h"
 
@@ -15,18 +16,6 @@ namespace {
 
 double largest(const Rgb& rgb) {
   return std::max({rgb.x, rgb.y, rgb.z});
-}
-
-bool solids_shadow_media(const World& world) {
-  for (const auto& light : world.lights) {
-    const Vec3d towards_sun = light->at(Vec3d(0.0)).wi;
-    for (const auto& shape : world.shapes) {
-      for (const WorldMedium& medium : world.media) {
-        if (shape->may_shadow(medium.density->bounds(), towards_sun)) return true;
-      }
-    }
-  }
-  return false;
 }
 
 /// What 16-bit densities change: of optical depths, and of column densities that glow.
@@ -56,7 +45,8 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
     if (!medium.density->has_bricks()) return "volume \"" + medium.name + "\" is not a grid";
   }
   if (plan.scattering && plan.local_lights) return "a light at a finite distance";
-  if (plan.scattering && solids_shadow_media(world)) return "solids cast shadows into media";
+  if (plan.scattering && plan.aovs.count("error_bound") > 0 && SolidShadows(world).any())
+    return "no bound is known where solids cast shadows into media";
   return "";
 }
 

@@ -14,12 +14,16 @@
 HWY_BEFORE_NAMESPACE();
 namespace pileus::HWY_NAMESPACE {
 
+/// Those packets that solids may shade, or those that none does.
+enum class Packets { open, shaded };
+
 template <int kGrids, int kLights, bool kPlain>
 void march_with(const MarchScene& scene, std::span<const MarchRay> rays, std::span<MarchResult> results,
-                std::span<double> sums) {
+                std::span<double> sums, Packets which = Packets::open) {
   Marcher<kGrids, kLights, kPlain> marcher(scene);
   const size_t stride = scene.grids.size() * sums_per_grid(scene);
   for (size_t first = 0; first < rays.size(); first += kPacketRays) {
+    if ((rays[first].lit != nullptr) != (which == Packets::shaded)) continue;
     const size_t count = std::min(kPacketRays, rays.size() - first);
     marcher.march(rays.subspan(first, count), results.subspan(first, count), sums.data() + first * stride);
   }
@@ -28,6 +32,8 @@ void march_with(const MarchScene& scene, std::span<const MarchRay> rays, std::sp
 /// Chooses the loop that has what the scene calls for and no more.
 void march_rays_impl(const MarchScene& scene, std::span<const MarchRay> rays, std::span<MarchResult> results,
                      std::span<double> sums) {
+  const bool has_shades = std::any_of(rays.begin(), rays.end(), [](const MarchRay& ray) { return ray.lit; });
+  if (has_shades) march_with<0, -1, false>(scene, rays, results, sums, Packets::shaded);
   const bool is_plain = !scene.several_terms && !scene.height_light;
   const bool is_simple =
       scene.grids.size() == 1 && scene.grids[0].extinction > 0.0 && !(scene.shadow_step > 0.0);

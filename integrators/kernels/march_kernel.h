@@ -65,6 +65,8 @@ struct MarchRay {
   double behind = 0.0;                  ///< radiance that arrives from the end of the ray, largest channel
   double brightest = 0.0;               ///< no light on the ray is brighter, largest channel
   double stop = 0.0;                    ///< transmittance at which the ray ends
+  const std::vector<Segment>* lit = nullptr;  ///< [light]: stretches that solids do not shade, ascending;
+                                              ///< null: all. Of all rays of a packet or of none
 };
 
 /// What it gets, besides MarchSums.

@@ -8,7 +8,6 @@
 #endif
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -18,6 +17,7 @@
 #include "integrators/kernels/lattice_reader-inl.h"
 #include "integrators/kernels/packet-inl.h"
 #include "integrators/kernels/readers-inl.h"
+#include "integrators/kernels/shades-inl.h"
 #include "integrators/kernels/shadow_rays-inl.h"
 #include "integrators/kernels/walks-inl.h"
 #include "lib/math/transmittance.h"
@@ -28,13 +28,13 @@ namespace pileus::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// Marches one packet after the other. All rays of a packet take the same steps.
-///   kGrids:  1, with extinction; or 0: any
+///   kGrids:  1, with extinction; or 0: any, also with solids that shade the media
 ///   kLights: 0 or 1; or -1: any
 ///   kPlain:  one scatter term, and no light that varies with height
 template <int kGrids, int kLights, bool kPlain>
 class Marcher {
  public:
-  explicit Marcher(const MarchScene& scene) : m_scene(scene) {
+  explicit Marcher(const MarchScene& scene) : m_scene(scene), m_shades(lights()) {
     for (const MarchGrid& grid : scene.grids) {
       m_grids.emplace_back(*grid.pyramid);
       m_extinctions.push_back(float(grid.extinction));
@@ -133,7 +133,8 @@ class Marcher {
     for (PacketFloats& sum : m_sums) sum.fill(0.0f);
     m_history.reset();
     m_is_inside = false;
-    if (m_scene.wants_depth) m_depths.fill({});
+    if (m_scene.wants_depth) m_depths = {};
+    if constexpr (kGrids != 1) m_shades.begin(m_rays, m_base);
   }
 
   void place(size_t lane, size_t ray, const Ray& world) {
@@ -271,6 +272,12 @@ class Marcher {
       V t = hn::Set(d, first + (float(k) + 0.5f) * step);
       if (m_is_cut) cut(v, hn::Set(d, first + float(k) * step), hn::Set(d, step), t, dt);
       const Sample sample = composite(v, t, dt, before, tau_sum);
+      if constexpr (kGrids != 1) {
+        if (m_shades.any()) {
+          const V tau = hn::Mul(sample.sigma, dt), weight = hn::Mul(before, dt);
+          error2 = hn::Add(error2, m_shades.error2(v, weight, tau, sample.lit, lit1));
+        }
+      }
       const V second_lit = second_difference(sample.lit, lit1, lit2),
               second_sigma = second_difference(sample.sigma, sigma1, sigma2);
       const V e = hn::Mul(weight1, hn::MulAdd(hn::Max(bright1, behind), second_sigma, second_lit));
@@ -322,7 +329,7 @@ class Marcher {
       const V bright = add_scattered(0, v, scattered, t);
       const V lit = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[0].glow)), hn::Mul(sigma, bright));
       const V after = hn::Sub(before, scattered);
-      if (m_scene.wants_depth) note_depths(v, t, dt, rho, tau, before, after);
+      if (m_scene.wants_depth) m_depths.note(v, t, dt, rho, tau, before, after);
       return {sigma, lit, bright, after};
     } else {
       return composite_several(v, t, dt, before, tau_sum);
@@ -333,6 +340,7 @@ class Marcher {
   Sample composite_several(size_t v, V t, V dt, V before, V& tau_sum) {
     const D d;
     V sigma = hn::Zero(d), rho_sum = hn::Zero(d);
+    if (m_shades.any()) m_shades.look(v, t, dt);
     for (int g = 0; g < grids(); ++g) {
       const V rho = density(g, v, t);
       m_rhos[size_t(g)].set(v, rho);
@@ -355,7 +363,7 @@ class Marcher {
     }
     const V bright = hn::Div(lit, hn::Max(sigma, hn::Set(d, 1e-30f)));
     const V after = hn::NegMulAdd(before, opacity, before);
-    if (m_scene.wants_depth) note_depths(v, t, dt, rho_sum, tau, before, after);
+    if (m_scene.wants_depth) m_depths.note(v, t, dt, rho_sum, tau, before, after);
     return {sigma, hn::Add(lit, glow), bright, after};
   }
 
@@ -365,12 +373,16 @@ class Marcher {
   }
 
   /// Adds what a grid scatters of each light and of the height-dependent sky; returns its response to all
-  /// lights.
+  /// lights, as if no solid shaded it: steps are to be as fine in the shade.
   HWY_INLINE V add_scattered(int grid, size_t v, V scattered, V t) {
     V sum = hn::Zero(D());
     for (int l = 0; l < lights(); ++l) {
       const V response = response_of(grid, l, v, sun_depth(l, v, t));
-      sum_of(grid, 2 + l).add(v, hn::Mul(scattered, response));
+      V arriving = hn::Mul(scattered, response);
+      if constexpr (kGrids != 1) {
+        if (m_shades.any()) arriving = hn::Mul(arriving, m_shades.share(l, v));
+      }
+      sum_of(grid, 2 + l).add(v, arriving);
       sum = hn::Add(sum, response);
     }
     if constexpr (!kPlain) {
@@ -433,16 +445,6 @@ class Marcher {
     }
   }
 
-  void note_depths(size_t v, V t, V dt, V rho, V tau, V before, V after) {
-    const D d;
-    alignas(64) float ts[kLanes], dts[kLanes], rhos[kLanes], taus[kLanes], befores[kLanes], afters[kLanes];
-    hn::Store(t, d, ts), hn::Store(dt, d, dts), hn::Store(rho, d, rhos), hn::Store(tau, d, taus);
-    hn::Store(before, d, befores), hn::Store(after, d, afters);
-    for (size_t i = 0; i < kLanes; ++i) {
-      m_depths[v * kLanes + i].note(ts[i], dts[i], rhos[i], taus[i], befores[i], afters[i]);
-    }
-  }
-
   void finish(std::span<MarchResult> results, double* sums) {
     if (m_is_inside) leave_medium();
     for (size_t i = 0; i < results.size(); ++i) {
@@ -452,7 +454,7 @@ class Marcher {
       result.error = std::sqrt(double(m_error2.of[i])) / 24.0;
       result.first = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
       result.z_half = result.first.t1;
-      if (m_scene.wants_depth) tell_depths(m_depths[i], result);
+      if (m_scene.wants_depth) m_depths.tell(i, m_base, result);
       result.samples = m_samples;
       result.lookups = m_scene.shadow_step > 0.0 ? m_lookups / kPacketRays : m_samples * uint64_t(lights());
       result.leaps = m_leaps;
@@ -463,12 +465,8 @@ class Marcher {
     }
   }
 
-  void tell_depths(const RayDepths& depths, MarchResult& result) const {
-    if (std::isfinite(depths.first.t1)) result.first = {m_base + depths.first.t0, m_base + depths.first.t1};
-    result.z_half = m_base + depths.half;
-  }
-
   const MarchScene& m_scene;
+  Shades m_shades;
   std::vector<GridReader> m_grids;
   std::vector<LatticeReader> m_lattices;
   std::vector<float> m_extinctions;  ///< of each grid [1/m]
@@ -489,7 +487,7 @@ class Marcher {
   PacketFloats m_start, m_end, m_behind, m_stop, m_height0, m_height1, m_passed, m_error2;
   CompensatedFloats m_tau;
   History m_history;
-  std::array<RayDepths, kPacketRays> m_depths;
+  PacketDepths m_depths;
 };
 
 }  // namespace pileus::HWY_NAMESPACE

@@ -8,6 +8,7 @@
 #endif
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <limits>
@@ -78,6 +79,27 @@ struct RayDepths {
     // Inside its step the density is taken as constant.
     const double share = std::clamp(std::log(2.0 * double(before)) / double(tau), 0.0, 1.0);
     half = double(t) + (share - 0.5) * double(dt);
+  }
+};
+
+/// The same of the rays of a packet.
+struct PacketDepths {
+  std::array<RayDepths, kPacketRays> of;
+
+  void note(size_t vector, V t, V dt, V rho, V tau, V before, V after) {
+    const D d;
+    alignas(64) float ts[kLanes], dts[kLanes], rhos[kLanes], taus[kLanes], befores[kLanes], afters[kLanes];
+    hn::Store(t, d, ts), hn::Store(dt, d, dts), hn::Store(rho, d, rhos), hn::Store(tau, d, taus);
+    hn::Store(before, d, befores), hn::Store(after, d, afters);
+    for (size_t i = 0; i < kLanes; ++i)
+      of[vector * kLanes + i].note(ts[i], dts[i], rhos[i], taus[i], befores[i], afters[i]);
+  }
+
+  /// Writes those of a ray, whose t count from `base`, into its result.
+  void tell(size_t ray, double base, MarchResult& result) const {
+    const RayDepths& depths = of[ray];
+    if (std::isfinite(depths.first.t1)) result.first = {base + depths.first.t0, base + depths.first.t1};
+    result.z_half = base + depths.half;
   }
 };
 

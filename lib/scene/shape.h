@@ -33,9 +33,11 @@ struct Shape : Plugin {
   virtual std::optional<SurfaceHit> intersect(const Ray& ray, Segment segment) const = 0;
 
   /// Appends every t at which the ray may cross the edge of the shadow that this shape casts from the light:
-  /// the in-scattered light jumps there, and a quadrature that knows where need not search.
-  virtual void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const {
+  /// the in-scattered light jumps there, and a quadrature that knows where need not search. False where there
+  /// may be more of them than were told.
+  virtual bool append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const {
     (void)ray, (void)light, (void)t;
+    return false;
   }
 
   /// World-space box [m]; may be infinite.

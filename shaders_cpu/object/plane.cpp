@@ -44,6 +44,9 @@ struct Plane final : Shape {
     if (!(t > segment.t0 && t < segment.t1)) return std::nullopt;
     return SurfaceHit{t, speed > 0.0 ? -m_n : m_n, surface_error(length(ray.o) + length(to_point) + t)};
   }
+  /// All of one side is shaded: the edge is the plane itself, where rays end.
+  bool append_shadow_edges(const Ray&, const Light&, std::vector<double>&) const override { return true; }
+
   /// A convex box lies between a plane and a sun as a whole, or one of its corners does not.
   bool may_shadow(const Box3d& box, const Vec3d& towards_sun) const override {
     for (int n = 0; n < 8; ++n) {

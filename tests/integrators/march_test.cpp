@@ -208,7 +208,6 @@ TEST(March, leaves_to_exact_what_it_cannot_do) {
       {"analytic medium", {MarchScenes::camera() + fog + sun, 0.01}},
       {"analytic medium besides", {grid + fog + sun, 0.01}},
       {"point light", {grid + lamp, 0.01}},
-      {"solid", {grid + ball + sun, 0.01}},
       {"tolerance 0", {grid + sun, 0.0}},
       {"no media", {MarchScenes::camera() + ball + sun, 0.01}},
   };

@@ -1,0 +1,55 @@
+#pragma once
+
+#include <algorithm>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "integrators/kernels/march_kernel.h"
+#include "integrators/march_scene.h"
+#include "lib/core/build_features.h"
+#include "lib/scene/world.h"
+
+namespace pileus {
+
+/// The rays of one call and what becomes of them.
+struct MarchPacket {
+  MarchPacket(std::span<const Ray> all, const MarchWorld& march, bool has_surfaces, bool has_shades = false)
+      : rays(all),
+        jobs(all.size()),
+        marched(all.size()),
+        hits(has_surfaces ? all.size() : 0),
+        behind(all.size()),
+        lit(has_shades ? all.size() * march.suns().size() : 0),
+        stride(march.kernel.grids.size() * sums_per_grid(march.kernel)),
+        sums(all.size() * stride) {
+    march.weights_for(all[0].d, weights);
+    if (!kHasPhase || march.is_isotropic()) {
+      brightest = march.brightest(weights.data());
+      return;
+    }
+    const size_t count = weights.size();
+    weights.resize(all.size() * count);
+    std::vector<float> own;
+    for (size_t i = 1; i < all.size(); ++i) {
+      march.weights_for(all[i].d, own);
+      std::copy(own.begin(), own.end(), weights.begin() + std::ptrdiff_t(i * count));
+    }
+    weights_step = count;
+  }
+
+  std::span<const Ray> rays;
+  std::vector<MarchRay> jobs;
+  std::vector<MarchResult> marched;
+  std::vector<std::optional<WorldHit>> hits;  ///< none where there are no surfaces
+  std::vector<Rgb> behind;                    ///< radiance from the end of each ray
+  std::vector<std::vector<Segment>> lit;      ///< [ray][sun]; none where no solid shades a medium
+  size_t stride;
+  std::vector<double> sums;
+  std::vector<float> weights;
+  size_t weights_step = 0;  ///< 0 where all rays share theirs
+  double brightest = 0.0;   ///< of the media, where all rays share their weights
+  uint64_t samples = 0, lookups = 0, leaps = 0;
+};
+
+}  // namespace pileus

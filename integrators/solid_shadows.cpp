@@ -1,0 +1,141 @@
+#include "integrators/solid_shadows.h"
+
+#include <algorithm>
+#include <limits>
+
+#include "lib/math/beam.h"
+#include "lib/math/box.h"
+
+namespace pileus {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+void append(Segment stretch, std::vector<Segment>& lit) {
+  if (!lit.empty() && lit.back().t1 == stretch.t0) {
+    lit.back().t1 = stretch.t1;
+  } else {
+    lit.push_back(stretch);
+  }
+}
+
+}  // namespace
+
+SolidShadows::SolidShadows(const World& world)
+    : m_world(world), m_casters(world.lights.size()), m_finest(kInfinity) {
+  for (const WorldMedium& medium : world.media) m_finest = std::min(m_finest, medium.density->feature_size());
+  for (size_t light = 0; light < world.lights.size(); ++light) {
+    m_towards_suns.push_back(world.lights[light]->at(Vec3d(0.0)).wi);
+    for (const auto& shape : world.shapes) {
+      const bool shades = std::any_of(world.media.begin(), world.media.end(), [&](const WorldMedium& medium) {
+        return shape->may_shadow(medium.density->bounds(), m_towards_suns[light]);
+      });
+      if (shades) m_casters[light].push_back(shape.get());
+    }
+    m_any |= !m_casters[light].empty();
+  }
+}
+
+uint64_t SolidShadows::find(std::span<MarchRay> packet, std::span<std::vector<Segment>> lit) const {
+  const size_t lights = m_casters.size();
+  if (!may_shade(packet)) return 0;
+  uint64_t shadow_rays = 0;
+  for (size_t i = 0; i < packet.size(); ++i) {
+    MarchRay& job = packet[i];
+    job.lit = lit.data() + i * lights;
+    const Segment inside = inside_media(job.ray, job.segment);
+    for (size_t light = 0; light < lights; ++light) {
+      std::vector<Segment>& own = lit[i * lights + light];
+      own.clear();
+      if (!inside.empty()) append_lit({job.ray, light, own, shadow_rays}, inside);
+    }
+  }
+  return shadow_rays;
+}
+
+bool SolidShadows::may_shade(std::span<const MarchRay> packet) const {
+  Beam beam;
+  double t0 = kInfinity, t1 = 0.0;
+  for (const MarchRay& job : packet) {
+    beam.o.extendBy(job.ray.o);
+    beam.d.extendBy(job.ray.d);
+    t0 = std::min(t0, job.segment.t0), t1 = std::max(t1, job.segment.t1);
+  }
+  for (const WorldMedium& medium : m_world.media) {
+    const Segment inside = beam.inside(medium.density->bounds());
+    const Segment seen{std::max(inside.t0, t0), std::min(inside.t1, t1)};
+    if (seen.empty()) continue;
+    const Box3d box = beam.box(seen.t0, seen.t1);
+    for (size_t light = 0; light < m_casters.size(); ++light) {
+      for (const Shape* shape : m_casters[light])
+        if (shape->may_shadow(box, m_towards_suns[light])) return true;
+    }
+  }
+  return false;
+}
+
+/// The part of a segment that has all media in it.
+Segment SolidShadows::inside_media(const Ray& ray, Segment segment) const {
+  Segment hull{kInfinity, 0.0};
+  for (const WorldMedium& medium : m_world.media) {
+    const Segment inside = clip_to_box(ray, segment, medium.density->bounds());
+    if (!inside.empty()) hull = {std::min(hull.t0, inside.t0), std::max(hull.t1, inside.t1)};
+  }
+  return hull;
+}
+
+/// Between edges the sun is either seen or not.
+void SolidShadows::append_lit(const LitRay& to, Segment segment) const {
+  std::vector<double> edges;
+  bool has_all = true;
+  for (const Shape* shape : m_casters[to.light])
+    has_all &= shape->append_shadow_edges(to.ray, *m_world.lights[to.light], edges);
+  std::erase_if(edges, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
+  edges.push_back(segment.t1);
+  std::sort(edges.begin(), edges.end());
+  double t0 = segment.t0;
+  for (const double t1 : edges) {
+    if (!has_all) {
+      append_lit_between(to, {t0, t1});
+    } else if (t1 > t0 && is_lit(to, 0.5 * (t0 + t1))) {
+      append({t0, t1}, to.stretches);
+    }
+    t0 = t1;
+  }
+}
+
+/// Where edges have to be searched for: what is shaded for less than a step may be missed.
+void SolidShadows::append_lit_between(const LitRay& to, Segment segment) const {
+  constexpr double kFewest = 4.0, kMost = 512.0;
+  constexpr int kHalvings = 40;
+  if (segment.empty()) return;
+  const int steps = int(std::clamp(segment.length() / m_finest, kFewest, kMost));
+  const double step = segment.length() / steps;
+  double t0 = segment.t0, before = t0;  // of the present stretch; the last sample
+  bool was_lit = is_lit(to, t0 + 0.5 * step);
+  for (int k = 1; k < steps; ++k) {
+    const double t = segment.t0 + (k + 0.5) * step;
+    if (is_lit(to, t) == was_lit) {
+      before = t;
+      continue;
+    }
+    double lo = before, hi = t;
+    for (int n = 0; n < kHalvings; ++n) {
+      const double middle = 0.5 * (lo + hi);
+      (is_lit(to, middle) == was_lit ? lo : hi) = middle;
+    }
+    if (was_lit) append({t0, hi}, to.stretches);
+    t0 = hi, before = t, was_lit = !was_lit;
+  }
+  if (was_lit) append({t0, segment.t1}, to.stretches);
+}
+
+bool SolidShadows::is_lit(const LitRay& to, double t) const {
+  ++to.shadow_rays;
+  const Ray shadow{to.ray.at(t), m_towards_suns[to.light]};
+  return std::none_of(m_casters[to.light].begin(), m_casters[to.light].end(), [&](const Shape* shape) {
+    return shape->intersect(shadow, {0.0, kInfinity}).has_value();
+  });
+}
+
+}  // namespace pileus

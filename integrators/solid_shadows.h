@@ -1,0 +1,52 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "integrators/kernels/march_kernel.h"
+#include "lib/scene/world.h"
+
+namespace pileus {
+
+/// Where solids let the light of suns through to the media along a ray. What a sun lights of a ray is found
+/// once per ray, from the edges that shapes tell (Shape::append_shadow_edges); where a shape cannot tell them
+/// all, by samples as far apart as voxels and bisection. Packets that no solid can shade pay for one look at
+/// its box.
+class SolidShadows {
+ public:
+  /// A world whose lights are all suns.
+  explicit SolidShadows(const World& world);
+
+  /// False where no solid shades any medium.
+  bool any() const { return m_any; }
+
+  /// Gives the rays of one packet their lit stretches, where a solid may shade some of them.
+  ///   lit: [ray][light], to be kept as long as the rays are marched
+  /// Returns the number of shadow rays this took.
+  uint64_t find(std::span<MarchRay> packet, std::span<std::vector<Segment>> lit) const;
+
+ private:
+  bool may_shade(std::span<const MarchRay> packet) const;
+
+  /// What one sun lights of one ray, as far as it has been found.
+  struct LitRay {
+    const Ray& ray;
+    size_t light;
+    std::vector<Segment>& stretches;
+    uint64_t& shadow_rays;
+  };
+
+  void append_lit(const LitRay& to, Segment segment) const;
+  void append_lit_between(const LitRay& to, Segment segment) const;
+  bool is_lit(const LitRay& to, double t) const;
+  Segment inside_media(const Ray& ray, Segment segment) const;
+
+  const World& m_world;
+  std::vector<Vec3d> m_towards_suns;
+  std::vector<std::vector<const Shape*>> m_casters;  ///< [light]: shapes that may shade a medium
+  double m_finest = 0.0;                             ///< voxel of the media [m]
+  bool m_any = false;
+};
+
+}  // namespace pileus
