@@ -12,9 +12,7 @@ namespace {
 
 /// The values of a parameter that are worth a comparison with its default, as a scene spells them.
 std::vector<std::string> other_values(const Param& param) {
-  if (const auto* truth = std::get_if<bool*>(&param.target)) {
-    return **truth ? std::vector<std::string>{"false"} : std::vector<std::string>{};
-  }
+  if (const auto* truth = std::get_if<bool*>(&param.target)) return {**truth ? "false" : "true"};
   const auto* text = std::get_if<std::string*>(&param.target);
   std::vector<std::string> values;
   if (!text) return values;

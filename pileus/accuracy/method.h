@@ -16,9 +16,8 @@ struct AccuracyMethod {
   bool is_set_by_step = false;  ///< its accuracy is set by its parameter "step" [m]; else by render.tolerance
 };
 
-/// Every integrator of the registry, each followed by one method per switch: booleans that are on by default
-/// turned off, and the other choices of texts that have choices. The plugins' own parameter tables say which
-/// there are.
+/// Every integrator of the registry, each followed by one method per switch: booleans turned, and the other
+/// choices of texts that have choices. The plugins' own parameter tables say which there are.
 std::vector<AccuracyMethod> accuracy_methods(const Registry& registry);
 
 /// Those of `all` that are named, in the order of `all`; no names mean all. Throws Error(usage) for unknown

@@ -106,14 +106,14 @@ TEST(Spread, has_the_mean_of_the_middle_two_as_the_median_of_an_even_count) {
 // ---- methods ----
 
 struct Switched final : Integrator {
-  bool leaping = true, debug = false;
+  bool leaping = true, coarse = false;
   double step = 0.0;
   int depth = 3;
   std::string storage = "float";
 
   void describe(ParamTable& params) override {
     params.boolean("leaping", leaping, "");
-    params.boolean("debug", debug, "");
+    params.boolean("coarse", coarse, "");
     params.integer("depth", depth, "");
     params.text("storage", storage, "").one_of({"float", "16-bit"});
     if (plugin_name == "stepped") params.number("step", step, "m", "");
@@ -135,12 +135,14 @@ TEST(AccuracyMethods, are_the_integrators_and_each_of_their_switches_turned) {
   registry.add<Integrator, Switched>("stepped", "");
   const auto methods = accuracy_methods(registry);
   EXPECT_EQ(names_of(methods),
-            (std::vector<std::string>{"march", "march:leaping=false", "march:storage=16-bit", "stepped",
-                                      "stepped:leaping=false", "stepped:storage=16-bit"}));
+            (std::vector<std::string>{"march", "march:leaping=false", "march:coarse=true",
+                                      "march:storage=16-bit", "stepped", "stepped:leaping=false",
+                                      "stepped:coarse=true", "stepped:storage=16-bit"}));
   EXPECT_FALSE(methods[0].is_set_by_step);
-  EXPECT_TRUE(methods[3].is_set_by_step);
-  EXPECT_EQ(integrator_text({methods[2], 0.0, 0.01}), "{ type = \"march\", storage = \"16-bit\" }");
-  EXPECT_EQ(integrator_text({methods[4], 0.5, 0.01}), "{ type = \"stepped\", leaping = false, step = 0.5 }");
+  EXPECT_TRUE(methods[4].is_set_by_step);
+  EXPECT_EQ(integrator_text({methods[2], 0.0, 0.01}), "{ type = \"march\", coarse = true }");
+  EXPECT_EQ(integrator_text({methods[3], 0.0, 0.01}), "{ type = \"march\", storage = \"16-bit\" }");
+  EXPECT_EQ(integrator_text({methods[5], 0.5, 0.01}), "{ type = \"stepped\", leaping = false, step = 0.5 }");
 }
 
 TEST(AccuracyMethods, can_be_chosen_by_name) {
