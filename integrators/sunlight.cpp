@@ -129,6 +129,17 @@ Pilots trace_pilots(const World& world, const Vec2i& picture, const MarchWorld& 
   return pilots;
 }
 
+/// Steps of half a cell tell depths as well as lattices of about a cell ask for; finer ones ask for more.
+void take_exact_depths(const MarchWorld& march, Pilots& pilots) {
+  parallel_for(pilots.size(), [&](size_t i) {
+    FieldCounters counters;
+    for (PilotPoint& point : pilots[i].points) {
+      for (size_t l = 0; l < point.depths.size(); ++l)
+        point.depths[l] = march.exact_depth(l, point.p, counters);
+    }
+  });
+}
+
 /// Change of the light from one sun if its depth is not `exact` but `depth`;
 /// where grids overlap, of the most sensitive.
 double change_of_light(const MarchWorld& march, const std::vector<float>& weights, size_t light, double depth,
@@ -243,16 +254,23 @@ class ErrorLaw {
     m_error = error;
   }
 
-  /// The spacing that would err by `allowed` where another errs by `error`.
+  /// The spacing that would err by `allowed` where another errs by `error`. Down to a voxel the error falls
+  /// as the grid's details have it; what is finer finds nothing new, and errs as linear interpolation does.
   double spacing_for(double spacing, double error, double allowed) const {
-    constexpr double kUsual = 2.0;  // less where there are details of all sizes
-    double power = kUsual;
-    if (m_spacing > 0.0)
-      power = std::clamp(std::log(error / m_error) / std::log(spacing / m_spacing), 1.2, 2.5);
-    return spacing * std::pow(allowed / error, 1.0 / power);
+    constexpr double kVoxel = 1.0, kBelowVoxel = 2.3;
+    const double power = power_at(spacing, error), needed = spacing * std::pow(allowed / error, 1.0 / power);
+    if (needed >= kVoxel) return needed;
+    const double from = std::min(spacing, kVoxel), error_from = error * std::pow(from / spacing, power);
+    return from * std::pow(std::min(1.0, allowed / error_from), 1.0 / kBelowVoxel);
   }
 
  private:
+  double power_at(double spacing, double error) const {
+    constexpr double kUsual = 2.0, kLeast = 1.2, kMost = 2.5;  // little where there are details of all sizes
+    if (!(m_spacing > 0.0)) return kUsual;
+    return std::clamp(std::log(error / m_error) / std::log(spacing / m_spacing), kLeast, kMost);
+  }
+
   double m_spacing = 0.0, m_error = 0.0;  ///< measured before
 };
 
@@ -263,6 +281,7 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
                   MarchWorld& march, SunlightChoice& choice) {
   constexpr double kFirst = 4.0, kFinest = 0.1;  // spacings across [cells]
   constexpr double kFine = 2.5;                  // spacing from which on many points tell more
+  constexpr double kFiner = 0.8;                 // and from which on their depths have to be exact
   constexpr int kRounds = 5;
   // A further lattice costs more than one that is a little too fine. A long way
   // is gone in two steps: the first costs little and tells where the second has
@@ -271,7 +290,7 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
   constexpr double kEnoughShare = 0.02;
   const double allowed = (1.0 - kEnoughShare) * tolerance;
   Pilots pilots = trace(kFewPoints);
-  bool has_many = false;
+  bool has_many = false, has_exact = false;
   LatticeTrial trial;
   trial.options.most_bytes = most_bytes;
   trial.options.is_everywhere = march.kernel.grids.size() > 1;
@@ -289,6 +308,11 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
     if (error > allowed && !has_many && law.spacing_for(choice.spacing, error, allowed) < kFine) {
       pilots = trace(kManyPoints);
       has_many = true;
+      error = measure();
+    }
+    if (error > allowed && !has_exact && law.spacing_for(choice.spacing, error, allowed) < kFiner) {
+      take_exact_depths(march, pilots);
+      has_exact = true;
       error = measure();
     }
     choice.error = error + kEnoughShare * tolerance;
@@ -310,13 +334,7 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
 }
 
 void take_shadow_rays(Pilots pilots, double tolerance, MarchWorld& march, SunlightChoice& choice) {
-  parallel_for(pilots.size(), [&](size_t i) {
-    FieldCounters counters;
-    for (PilotPoint& point : pilots[i].points) {
-      for (size_t l = 0; l < point.depths.size(); ++l)
-        point.depths[l] = march.exact_depth(l, point.p, counters);
-    }
-  });
+  take_exact_depths(march, pilots);
   constexpr double kLongest = 1.0, kShortest = 1.0 / 16.0;  // steps [cells]
   for (choice.step = kLongest;; choice.step *= 0.5) {
     choice.error = measured_error(
