@@ -1,7 +1,10 @@
 #include "vdb_io/grid_values.h"
 
 #include <algorithm>
+#include <array>
+#include <bit>
 #include <cmath>
+#include <cstring>
 #include <limits>
 #include <vector>
 
@@ -32,6 +35,28 @@ struct Tally {
     if (!is_active && value != 0.0f) counts.inactive_nonzero += voxels;
   }
 
+  /// The voxels of a leaf that one word of its mask is about.
+  void add(const float* values, uint64_t active) {
+    constexpr int kVoxels = 64;
+    // Where no value is negative or not finite, they compare like the integers that their bits are.
+    std::array<int32_t, kVoxels> bits;
+    std::memcpy(bits.data(), values, sizeof bits);
+    constexpr int32_t kLargest = 0x7f7fffff;  // of the finite floats
+    int32_t strange = 0, lowest = kLargest, highest = 0;
+    for (const int32_t value : bits) {
+      strange |= (value < 0) | (value > kLargest);
+      lowest = std::min(lowest, value);
+      highest = std::max(highest, value);
+    }
+    if (strange == 0 && active == 0 && highest == 0) return;
+    if (strange == 0 && active == ~uint64_t(0)) {
+      min = std::min(min, double(std::bit_cast<float>(lowest)));
+      max = std::max(max, double(std::bit_cast<float>(highest)));
+      return;
+    }
+    for (int n = 0; n < kVoxels; ++n) add(values[n], (active >> n & 1) != 0, 1);
+  }
+
   void add(const Tally& other) {
     counts.nan += other.counts.nan;
     counts.infinite += other.counts.infinite;
@@ -53,9 +78,10 @@ ValueCounts count_values(const openvdb::FloatGrid& grid) {
   parallel_for(tallies.size(), [&](size_t task) {
     const size_t end = std::min(leaves.size(), (task + 1) * kLeavesPerTask);
     for (size_t i = task * kLeavesPerTask; i < end; ++i) {
-      for (openvdb::Index n = 0; n < LeafNode::SIZE; ++n) {
-        tallies[task].add(leaves[i]->getValue(n), leaves[i]->isValueOn(n), 1);
-      }
+      const LeafNode::NodeMaskType& active = leaves[i]->getValueMask();
+      const float* const values = leaves[i]->buffer().data();
+      for (openvdb::Index w = 0; w < LeafNode::NodeMaskType::WORD_COUNT; ++w)
+        tallies[task].add(values + 64 * w, active.getWord<uint64_t>(w));
     }
   });
 

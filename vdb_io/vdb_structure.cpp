@@ -56,6 +56,27 @@ struct Mask {
 
 using LeafMask = Mask<3>;
 
+/// First and last bit that is set; `bits` is not 0.
+struct BitRange {
+  int first, last;
+  explicit BitRange(uint64_t bits) : first(std::countr_zero(bits)), last(63 - std::countl_zero(bits)) {}
+};
+
+/// Box of a leaf's active voxels, seen from its origin; `mask` is not empty. A word is a layer along x, a
+/// byte of it a row along y: no voxel is looked at by itself.
+Imath::Box3i box_of(const LeafMask& mask) {
+  uint64_t layers = 0, any_layer = 0;
+  for (int x = 0; x < LeafMask::kWords; ++x) {
+    layers |= uint64_t(mask.words[size_t(x)] != 0) << x;
+    any_layer |= mask.words[size_t(x)];
+  }
+  uint64_t any_row = any_layer | any_layer >> 32;
+  any_row |= any_row >> 16;
+  any_row |= any_row >> 8;
+  const BitRange x(layers), y(any_layer), z(any_row & 0xff);
+  return {{x.first, y.first / 8, z.first}, {x.last, y.last / 8, z.last}};
+}
+
 struct Leaf {
   Vec3i origin;
   uint32_t active;
@@ -159,8 +180,10 @@ class StructureWalk {
     ++m_structure.leaves;
     m_structure.memory_bytes += leaf_bytes();
     m_structure.active_voxels += m_leaves.back().active;
-    active.for_each(
-        [&](int x, int y, int z) { m_structure.active_bounds.extendBy(origin + Vec3i(x, y, z)); });
+    if (m_leaves.back().active == 0) return;
+    const Imath::Box3i box = box_of(active);
+    m_structure.active_bounds.extendBy(origin + box.min);
+    m_structure.active_bounds.extendBy(origin + box.max);
   }
 
   void read_leaf_block(const Leaf& leaf) {

@@ -221,6 +221,8 @@ void write_exr(const fs::path& file, const Image& image, const ExrOptions& optio
   try {
     Imf::Header header(image.width, image.height);
     header.compression() = imf_compression(options.compression);
+    // Of a cloud the usual level, 4, makes files 3 % smaller, in twice the time.
+    header.zipCompressionLevel() = 2;
     for (const auto& [name, value] : image.metadata) std::visit(AttributeWriter{header, name}, value);
     const EncodedChannels encoded = encode_channels(image, options, header);
     write_pixels(atomic.path(), header, encoded.frame);
