@@ -151,10 +151,8 @@ void print_table(const InfoOptions& options, const VdbReport& report) {
   const VdbDirectory& directory = report.directory;
   const std::string creator = creator_of(report);
   fmt::print("{}\n", printable(options.file.string()));
-  print_row("file",
-            fmt::format("{}, OpenVDB file version {} (library {}.{}){}", bytes_text(directory.file_bytes),
-                        directory.file_version, directory.library_major, directory.library_minor,
-                        creator.empty() ? "" : ", by " + creator));
+  print_row("file", fmt::format("{}, {}{}", bytes_text(directory.file_bytes), directory.format,
+                                creator.empty() ? "" : ", by " + creator));
   print_row("grids",
             fmt::format("{}{}", directory.grids.size(),
                         report.default_grid.empty() ? "" : ", shown by default: " + report.default_grid));
@@ -238,6 +236,7 @@ void print_json(const InfoOptions& options, const VdbReport& report) {
   nlohmann::json json{
       {"file", options.file.string()},
       {"bytes", directory.file_bytes},
+      {"format", directory.format},
       {"file_version", directory.file_version},
       {"library_version", fmt::format("{}.{}", directory.library_major, directory.library_minor)},
       {"creator", creator_of(report)},
@@ -299,10 +298,11 @@ int run(const InfoOptions& options) {
 }  // namespace
 
 void add_info_command(CLI::App& app, int& exit_code) {
-  CLI::App* command = app.add_subcommand("info", "Show what a .vdb file holds, and what to watch out for");
+  CLI::App* command = app.add_subcommand(
+      "info", "show what a volume file holds (.vdb, .nvdb, .df3, .npy, .raw), and what to watch out for");
   command->footer(kExamples);
   const auto options = std::make_shared<InfoOptions>();
-  command->add_option("FILE", options->file, "the .vdb file")->required();
+  command->add_option("FILE", options->file, "the file")->required();
   command->add_option("--grid", options->grid, "look at this grid only");
   command->add_flag("--check", options->check,
                     "examine the file, and name a command for what is wrong with it");

@@ -83,6 +83,7 @@ int run(int argc, char** argv) {
       "  pileus render smoke1.vdb -o smoke1.png        a bare volume with a default sun, sky and framing\n"
       "  pileus render scene.toml -o picture.exr --aov beauty,transmittance,Z\n"
       "  pileus info smoke1.vdb                        what is in a file\n"
+      "  pileus convert smoke1.vdb smoke1.nvdb         other formats, names, voxels, parts\n"
       "  pileus explain scene.toml                     what will be simulated, and why\n"
       "  pileus accuracy scene.toml -o accuracy        what accuracy costs in time\n"
       "  pileus COMMAND --help                         options and examples of a command");
@@ -97,6 +98,7 @@ int run(int argc, char** argv) {
       ->each(allow_memory);
   add_render_command(app, exit_code);
   add_cloud_command(app, exit_code);
+  add_convert_command(app, exit_code);
   add_info_command(app, exit_code);
   add_explain_command(app, exit_code);
   add_accuracy_command(app, exit_code);

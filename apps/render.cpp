@@ -147,8 +147,8 @@ void RenderCommand::run() {
 
 void add_render_command(CLI::App& app, int&) {
   auto command = std::make_shared<RenderCommand>();
-  CLI::App* sub =
-      app.add_subcommand("render", "render a scene (.toml) or a bare volume (.vdb) to .exr or .png");
+  CLI::App* sub = app.add_subcommand(
+      "render", "render a scene (.toml) or a bare volume (.vdb, .nvdb, ...) to .exr or .png");
   command->scene.add_to(*sub);
   sub->add_option("-o,--output", command->outputs,
                   "picture to write, .exr or .png; may repeat (default: INPUT.png)")

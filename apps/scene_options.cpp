@@ -18,7 +18,8 @@ std::string size_override(const std::string& text) {
 }
 
 void SceneOptions::add_input_to(CLI::App& command) {
-  command.add_option("INPUT", input, "scene (.toml) or bare volume (.vdb)")->required();
+  command.add_option("INPUT", input, "scene (.toml) or bare volume (.vdb, .nvdb, .df3, .npy, .raw)")
+      ->required();
 }
 
 void SceneOptions::add_settings_to(CLI::App& command) {

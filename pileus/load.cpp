@@ -7,6 +7,7 @@
 #include "lib/core/error.h"
 #include "pileus/pileus.h"
 #include "vdb_io/vdb_summary.h"
+#include "vdb_io/volume_format.h"
 
 namespace pileus {
 namespace {
@@ -127,9 +128,10 @@ Scene load_bare_volume(const std::filesystem::path& file, const std::vector<std:
 Scene load(const std::filesystem::path& input, const std::vector<std::string>& overrides) {
   const std::string extension = input.extension().string();
   if (extension == ".toml") return load_scene(input, overrides);
-  if (extension == ".vdb") return load_bare_volume(input, overrides);
+  if (volume_format(input)) return load_bare_volume(input, overrides);
   throw Error(ErrorKind::usage, input.string(),
-              fmt::format("extension \"{}\" is neither a scene (.toml) nor a volume (.vdb)", extension));
+              fmt::format("extension \"{}\" is neither a scene (.toml) nor a volume ({})", extension,
+                          volume_extensions()));
 }
 
 }  // namespace pileus

@@ -18,6 +18,7 @@
 #include "pileus/film.h"
 #include "pileus/pileus.h"
 #include "pileus/tiles.h"
+#include "vdb_io/volumes/reading_notes.h"
 
 namespace pileus {
 namespace {
@@ -268,6 +269,17 @@ void count_bad_pixels(const Image& image, RenderReport& report) {
   }
 }
 
+/// What the readers of volumes chose or converted is told, lest it be wrong.
+void warn_of_choices(const Scene& scene, const LoadedVolumes& loaded, RenderReport& report) {
+  for (size_t i = 0; i < loaded.size(); ++i) {
+    const auto* reading = dynamic_cast<const ReadingNotes*>(loaded[i].get());
+    if (!reading) continue;
+    for (const std::string& note : reading->notes()) {
+      report.warnings.push_back(fmt::format("volume \"{}\": {}", scene.volumes[i].name, note));
+    }
+  }
+}
+
 void describe_in_header(const Scene& scene, const Crop& crop, Image& image) {
   image.metadata["version"] = std::string(kVersion);
   image.metadata["scene"] = scene.file;
@@ -295,6 +307,7 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
     report.threads = thread_count();
     LoadedVolumes loaded = load_volumes(scene);
     report.seconds["load"] = seconds_since(start);
+    warn_of_choices(scene, loaded, report);
     const Clock::time_point build_start = Clock::now();
     const World world = build_world(scene, std::move(loaded));
     report.seconds["build"] = seconds_since(build_start);

@@ -102,9 +102,29 @@ Vec3d voxel_edges(const Affine& world_from_index) {
           world_from_index.direction({0, 0, 1}).length()};
 }
 
+namespace {
+
+[[noreturn]] void refuse_transform(const std::filesystem::path& path, const openvdb::GridBase& grid,
+                                   const char* found) {
+  throw Error(
+      ErrorKind::file, path.string(),
+      fmt::format("grid \"{}\" has a {} transform; expected an invertible one; repair it where it was made",
+                  grid.getName(), found));
+}
+
+openvdb::Mat4R affine_matrix(const std::filesystem::path& path, const openvdb::GridBase& grid) {
+  try {
+    return grid.transform().baseMap()->getAffineMap()->getMat4();
+  } catch (const openvdb::ArithmeticError&) {  // OpenVDB inverts it on the way
+    refuse_transform(path, grid, "singular");
+  }
+}
+
+}  // namespace
+
 Affine world_from_index(const std::filesystem::path& path, const openvdb::GridBase& grid) {
   PILEUS_CHECK(grid.transform().isLinear());
-  const openvdb::Mat4R matrix = grid.transform().baseMap()->getAffineMap()->getMat4();
+  const openvdb::Mat4R matrix = affine_matrix(path, grid);
   Imath::M44d row_vector_matrix;
   bool is_finite = true;
   for (int i = 0; i < 4; ++i) {
@@ -118,10 +138,7 @@ Affine world_from_index(const std::filesystem::path& path, const openvdb::GridBa
   const Vec3d edges = voxel_edges(world_from_index);
   const double volume = std::abs(world_from_index.determinant());
   if (!is_finite || !std::isfinite(volume) || !(volume > 1e-12 * edges.x * edges.y * edges.z)) {
-    throw Error(
-        ErrorKind::file, path.string(),
-        fmt::format("grid \"{}\" has a {} transform; expected an invertible one; repair it where it was made",
-                    grid.getName(), is_finite ? "singular" : "non-finite"));
+    refuse_transform(path, grid, is_finite ? "singular" : "non-finite");
   }
   return world_from_index;
 }

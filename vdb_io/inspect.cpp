@@ -7,6 +7,7 @@
 #include "vdb_io/columns.h"
 #include "vdb_io/diagnose.h"
 #include "vdb_io/vdb_reader.h"
+#include "vdb_io/volume_file.h"
 
 namespace pileus {
 namespace {
@@ -56,11 +57,40 @@ std::optional<VectorReport> report_vectors(const openvdb::GridBase& grid) {
   return std::nullopt;
 }
 
+/// The tree of a grid in memory, as check_grid_structure would find it in a file.
+GridStructure structure_of(const openvdb::GridBase& base) {
+  GridStructure structure;
+  const openvdb::TreeBase& tree = base.constBaseTree();
+  structure.active_voxels = tree.activeVoxelCount();
+  structure.active_tiles = tree.activeTileCount();
+  structure.leaves = tree.leafCount();
+  structure.internal_nodes = tree.nonLeafCount() - 1;  // without the root
+  const openvdb::CoordBBox box = base.evalActiveVoxelBoundingBox();
+  if (!box.empty()) {
+    structure.active_bounds.extendBy(Vec3i(box.min().x(), box.min().y(), box.min().z()));
+    structure.active_bounds.extendBy(Vec3i(box.max().x(), box.max().y(), box.max().z()));
+  }
+  return structure;
+}
+
+/// Formats other than .vdb: the grid is read as a whole, then looked at.
+void report_read_grid(const std::filesystem::path& path, const VdbDirectory& directory, GridReport& report) {
+  const openvdb::GridBase::Ptr grid = read_volume_grid(path, directory, report.entry);
+  report.structure = structure_of(*grid);
+  report.voxel_size = voxel_edges(world_from_index(path, *grid));
+  if (const openvdb::FloatGrid::Ptr scalar = as_float(grid))
+    report.values = report_values(path, report, *scalar);
+}
+
 GridReport report_grid(const std::filesystem::path& path, const VdbDirectory& directory,
                        const VdbGridEntry& entry) {
   GridReport report;
   report.entry = entry;
   try {
+    if (volume_format(path) != VolumeFormat::vdb) {
+      report_read_grid(path, directory, report);
+      return report;
+    }
     report.structure = check_grid_structure(path, entry);
     if (entry.has_affine_map()) {
       report.voxel_size = voxel_edges(world_from_index(path, *read_grid_without_voxels(path, entry)));
@@ -89,7 +119,7 @@ std::string default_grid_of(const std::filesystem::path& path, const VdbDirector
 
 VdbReport inspect_vdb(const std::filesystem::path& path, const std::string& grid) {
   VdbReport report;
-  report.directory = read_vdb_directory(path);
+  report.directory = read_volume_directory(path);
   const VdbDirectory& directory = report.directory;
   report.default_grid = default_grid_of(path, directory);
   if (!grid.empty()) {

@@ -38,7 +38,7 @@ struct GridReport {
   std::string problem;                     ///< why the grid cannot be read at all; "" where it can
 };
 
-/// Everything `pileus info` says about a `.vdb` file.
+/// Everything `pileus info` says about a volume file.
 struct VdbReport {
   VdbDirectory directory;
   std::string default_grid;       ///< what a scene without `grid` shows; "" where it must say

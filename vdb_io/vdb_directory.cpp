@@ -252,6 +252,8 @@ VdbDirectory read_vdb_directory(const std::filesystem::path& path) {
   VdbDirectory directory;
   directory.file_bytes = file.size();
   read_header(file, directory);
+  directory.format = fmt::format("OpenVDB file version {} (library {}.{})", directory.file_version,
+                                 directory.library_major, directory.library_minor);
   directory.metadata = read_metadata(file);
 
   const auto count = file.get<int32_t>("the number of grids");

@@ -29,10 +29,11 @@ struct VdbGridEntry {
   bool is_scalar() const;       ///< a number or truth value per voxel, which pileus can read as a density
 };
 
-/// What a `.vdb` file says about itself before its voxels.
+/// What a volume file says about itself before its voxels; made for `.vdb`, filled in for other formats too.
 struct VdbDirectory {
+  std::string format;  ///< "OpenVDB file version 224 (library 10.0)", "NanoVDB 32.4", …
   uint64_t file_bytes = 0;
-  uint32_t file_version = 0;
+  uint32_t file_version = 0;  ///< 0 in other formats, as the library's below
   uint32_t library_major = 0, library_minor = 0;
   VdbMetadata metadata;
   std::vector<VdbGridEntry> grids;  ///< in the order of the file

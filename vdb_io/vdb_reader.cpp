@@ -7,8 +7,10 @@
 
 #include "lib/core/error.h"
 #include "lib/core/memory_budget.h"
+#include "vdb_io/grid_aliases.h"
 #include "vdb_io/openvdb_library.h"
 #include "vdb_io/vdb_structure.h"
+#include "vdb_io/volume_file.h"
 
 namespace pileus {
 namespace {
@@ -48,6 +50,9 @@ const VdbGridEntry& find_grid(const std::filesystem::path& path, const VdbDirect
     fail(path, fmt::format("{} grids are called \"{}\"; expected one of them by number: {}", same_base.size(),
                            wanted, list_grids(same_base)));
   }
+  const auto aliases =
+      grids_where(directory, [&](const auto& grid) { return means_the_same(grid.base_name, wanted); });
+  if (aliases.size() == 1) return *aliases.front();
   const std::string nearest = nearest_name(wanted, names);
   fail(path, fmt::format("no grid \"{}\"; found {}{}", wanted,
                          list_grids(grids_where(directory, [](const auto&) { return true; })),
@@ -133,14 +138,6 @@ openvdb::FloatGrid::Ptr converted(const openvdb::GridBase::Ptr& grid) {
   return typed ? std::make_shared<openvdb::FloatGrid>(*typed) : nullptr;
 }
 
-openvdb::FloatGrid::Ptr as_float(const openvdb::GridBase::Ptr& grid) {
-  if (auto same = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return same;
-  if (auto made = converted<openvdb::DoubleGrid>(grid)) return made;
-  if (auto made = converted<openvdb::Int32Grid>(grid)) return made;
-  if (auto made = converted<openvdb::Int64Grid>(grid)) return made;
-  return converted<openvdb::BoolGrid>(grid);
-}
-
 /// Replaces every distance by the density of the filled surface: 0 outside and on it, 1 from `band` inwards.
 void fill_inside(openvdb::FloatTree& tree, float band) {
   const auto density = [&](float distance) { return std::clamp(-distance / band, 0.0f, 1.0f); };
@@ -157,31 +154,6 @@ void fill_inside(openvdb::FloatTree& tree, float band) {
     tile.setActiveState(*tile > 0.0f);
   }
   tree.root().setBackground(0.0f, /*updateChildNodes=*/false);
-}
-
-/// The ramp is as wide as narrow bands usually are, whatever the file's background: some store "far" as
-/// 10000, or a background of 0.
-void turn_level_set_into_fog(const std::filesystem::path& path, DensityGrid& density) {
-  constexpr double kBandInVoxels = 3.0;
-  const ValueCounts distances = count_values(*density.grid);
-  if (distances.nan + distances.infinite > 0) {
-    fail(path,
-         fmt::format("level set \"{}\" holds {} NaN and {} infinite distances; expected finite ones; repair "
-                     "it where it was made",
-                     density.source.name, distances.nan, distances.infinite));
-  }
-  if (density.grid->background() < 0.0f || std::isnan(density.grid->background())) {
-    fail(path,
-         fmt::format("level set \"{}\" has the background {}: all of space would be inside; expected one > 0",
-                     density.source.name, density.grid->background()));
-  }
-  const Vec3d edges = voxel_edges(world_from_index(path, *density.grid));
-  const double band = kBandInVoxels * std::cbrt(edges.x * edges.y * edges.z);
-  fill_inside(density.grid->tree(), float(band));
-  density.grid->setGridClass(openvdb::GRID_FOG_VOLUME);
-  density.notes.push_back(
-      fmt::format("level set \"{}\" turned into fog: 0 at the surface, 1 from {:.4g} m inwards",
-                  density.source.name, band));
 }
 
 void refuse_or_clear_bad_values(const std::filesystem::path& path, BadValuePolicy policy,
@@ -212,6 +184,36 @@ void refuse_or_clear_bad_values(const std::filesystem::path& path, BadValuePolic
 
 }  // namespace
 
+std::string turn_level_set_into_fog(const std::filesystem::path& path, openvdb::FloatGrid& grid) {
+  constexpr double kBandInVoxels = 3.0;
+  const ValueCounts distances = count_values(grid);
+  if (distances.nan + distances.infinite > 0) {
+    fail(path,
+         fmt::format("level set \"{}\" holds {} NaN and {} infinite distances; expected finite ones; repair "
+                     "it where it was made",
+                     grid.getName(), distances.nan, distances.infinite));
+  }
+  if (grid.background() < 0.0f || std::isnan(grid.background())) {
+    fail(path,
+         fmt::format("level set \"{}\" has the background {}: all of space would be inside; expected one > 0",
+                     grid.getName(), grid.background()));
+  }
+  const Vec3d edges = voxel_edges(world_from_index(path, grid));
+  const double band = kBandInVoxels * std::cbrt(edges.x * edges.y * edges.z);
+  fill_inside(grid.tree(), float(band));
+  grid.setGridClass(openvdb::GRID_FOG_VOLUME);
+  return fmt::format("level set \"{}\" turned into fog: 0 at the surface, 1 from {:.4g} m inwards",
+                     grid.getName(), band);
+}
+
+openvdb::FloatGrid::Ptr as_float(const openvdb::GridBase::Ptr& grid) {
+  if (auto same = openvdb::gridPtrCast<openvdb::FloatGrid>(grid)) return same;
+  if (auto made = converted<openvdb::DoubleGrid>(grid)) return made;
+  if (auto made = converted<openvdb::Int32Grid>(grid)) return made;
+  if (auto made = converted<openvdb::Int64Grid>(grid)) return made;
+  return converted<openvdb::BoolGrid>(grid);
+}
+
 const VdbGridEntry& choose_grid(const std::filesystem::path& path, const VdbDirectory& directory,
                                 const std::string& wanted) {
   if (!wanted.empty()) return find_grid(path, directory, wanted);
@@ -219,6 +221,9 @@ const VdbGridEntry& choose_grid(const std::filesystem::path& path, const VdbDire
   const auto named_density =
       grids_where(directory, [](const auto& grid) { return grid.base_name == "density"; });
   if (named_density.size() == 1) return *named_density.front();
+  const auto aliases = grids_where(
+      directory, [](const auto& grid) { return is_fog(grid) && means_the_same(grid.base_name, "density"); });
+  if (aliases.size() == 1) return *aliases.front();
   const auto fogs = grids_where(directory, is_fog);
   if (fogs.size() == 1) return *fogs.front();
   const auto scalars = grids_where(directory, [](const auto& grid) { return grid.is_scalar(); });
@@ -240,10 +245,22 @@ openvdb::GridBase::Ptr read_vdb_grid(const std::filesystem::path& path, const Vd
   return read_with_openvdb(path, entry, [&](auto& file) { return file.readGrid(entry.name); });
 }
 
+openvdb::MetaMap read_vdb_metadata(const std::filesystem::path& path) {
+  read_vdb_directory(path);
+  initialize_openvdb();
+  try {
+    openvdb::io::File file(path.string());
+    file.open(/*delayLoad=*/false);
+    return *file.getMetadata();
+  } catch (const std::exception& problem) {
+    fail(path, fmt::format("OpenVDB cannot read its metadata: {}", problem.what()));
+  }
+}
+
 openvdb::FloatGrid::Ptr read_scalar_grid(const std::filesystem::path& path, const VdbDirectory& directory,
                                          const VdbGridEntry& entry) {
   require_scalar(path, entry);
-  auto grid = as_float(read_vdb_grid(path, directory, entry));
+  auto grid = as_float(read_volume_grid(path, directory, entry));
   if (!grid)
     fail(path, fmt::format("grid \"{}\" is not of the type {} it claims", entry.name, entry.value_type));
   return grid;
@@ -255,13 +272,15 @@ openvdb::GridBase::Ptr read_grid_without_voxels(const std::filesystem::path& pat
 }
 
 DensityGrid read_density_grid(const std::filesystem::path& path, const VdbReadOptions& options) {
-  const VdbDirectory directory = read_vdb_directory(path);
+  const VdbDirectory directory = read_volume_directory(path);
   DensityGrid density;
   density.source = choose_grid(path, directory, options.grid);
   const std::string& name = density.source.name;
   if (options.grid.empty() && directory.grids.size() > 1) {
     density.notes.push_back(
         fmt::format("grid {} chosen among {}", describe(density.source), directory.grids.size()));
+  } else if (!options.grid.empty() && density.source.base_name != options.grid && name != options.grid) {
+    density.notes.push_back(fmt::format("grid {} taken for \"{}\"", describe(density.source), options.grid));
   }
   const bool is_level_set = density.source.grid_class == "level set";
   if (is_level_set && density.source.is_scalar() && options.level_set == LevelSetPolicy::refuse) {
@@ -274,7 +293,7 @@ DensityGrid read_density_grid(const std::filesystem::path& path, const VdbReadOp
 
   density.grid = read_scalar_grid(path, directory, density.source);
   world_from_index(path, *density.grid);
-  if (is_level_set) turn_level_set_into_fog(path, density);
+  if (is_level_set) density.notes.push_back(turn_level_set_into_fog(path, *density.grid));
   if (density.grid->activeVoxelCount() == 0) {
     fail(path, fmt::format(
                    "grid \"{}\" is empty (0 active voxels); expected a density; choose another grid or frame",

@@ -28,7 +28,8 @@ struct DensityGrid {
 };
 
 /// The grid that `wanted` names. Where it is "", the one that a file without instructions means: "density",
-/// else its only scalar fog volume (a scalar grid of unknown class counts as one).
+/// else the only fog volume whose name means that (grid_aliases.h), else its only scalar fog volume (a scalar
+/// grid of unknown class counts as one). An alias does for a wanted name, too, where nothing has it.
 /// errors: Error(file) that lists what there is
 const VdbGridEntry& choose_grid(const std::filesystem::path& path, const VdbDirectory& directory,
                                 const std::string& wanted);
@@ -43,6 +44,18 @@ DensityGrid read_density_grid(const std::filesystem::path& path, const VdbReadOp
 /// errors: Error(file) for damaged files, other types, frustum transforms, trees larger than memory_budget()
 openvdb::GridBase::Ptr read_vdb_grid(const std::filesystem::path& path, const VdbDirectory& directory,
                                      const VdbGridEntry& entry);
+
+/// The metadata of a .vdb file as a whole. Throws Error(file).
+openvdb::MetaMap read_vdb_metadata(const std::filesystem::path& path);
+
+/// The same grid where it is one of floats, a copy where it is one of other numbers; null for others.
+openvdb::FloatGrid::Ptr as_float(const openvdb::GridBase::Ptr& grid);
+
+/// Replaces the distances of a level set by densities: 0 outside and at the surface, 1 from three voxels
+/// inwards, as wide as narrow bands usually are, whatever the background: some store "far" as 10000.
+/// returns: what was done, in a sentence
+/// errors: Error(file) where distances are not finite, or the background is negative
+std::string turn_level_set_into_fog(const std::filesystem::path& path, openvdb::FloatGrid& grid);
 
 /// Any scalar grid of the file as float, otherwise unchanged: what an inspection looks at.
 /// errors: Error(file) for damaged files, other types, frustum transforms

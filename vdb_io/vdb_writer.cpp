@@ -1,6 +1,8 @@
 #include "vdb_io/vdb_writer.h"
 
+#include <algorithm>
 #include <array>
+#include <cmath>
 #include <fstream>
 #include <set>
 #include <vector>
@@ -13,6 +15,7 @@
 #include "vdb_io/grid_values.h"
 #include "vdb_io/openvdb_library.h"
 #include "vdb_io/vdb_directory.h"
+#include "vdb_io/vdb_reader.h"
 
 namespace pileus {
 namespace {
@@ -25,9 +28,8 @@ constexpr size_t kFileIdLength = 36;
   throw Error(ErrorKind::file, path.string(), message);
 }
 
-void check_grid(const std::filesystem::path& path, const openvdb::FloatGrid& grid, bool half) {
+void check_fog(const std::filesystem::path& path, const openvdb::FloatGrid& grid) {
   const std::string name = grid.getName();
-  if (name.empty()) fail(path, "a grid to write has no name; expected one, such as \"density\"");
   if (grid.background() != 0.0f) {
     fail(path,
          fmt::format("grid \"{}\" has the background {}; a fog volume needs 0", name, grid.background()));
@@ -37,20 +39,59 @@ void check_grid(const std::filesystem::path& path, const openvdb::FloatGrid& gri
     fail(path, fmt::format("grid \"{}\" holds {} NaN and {} infinite values; expected finite ones", name,
                            values.nan, values.infinite));
   }
-  if (half && (values.max > kLargestHalf || values.min < -kLargestHalf)) {
-    fail(path,
-         fmt::format("grid \"{}\" holds {}, which half floats cannot; expected at most {}; write full floats",
-                     name, values.max, kLargestHalf));
+}
+
+/// The largest component of the vectors in the leaves and tiles of a grid; infinite and NaN ones do not
+/// count.
+double largest_component(const openvdb::Vec3SGrid& grid) {
+  double largest = 0.0;
+  for (auto value = grid.cbeginValueAll(); value; ++value) {
+    for (int i = 0; i < 3; ++i) {
+      const double size = std::abs(double((*value)[i]));
+      if (std::isfinite(size)) largest = std::max(largest, size);
+    }
   }
+  return largest;
+}
+
+bool can_be_half(const openvdb::GridBase& grid) {
+  return grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>() ||
+         grid.isType<openvdb::Vec3SGrid>();
+}
+
+/// The largest finite number, active or not, of a grid that can be stored as half.
+double largest_number(const openvdb::GridBase::Ptr& grid) {
+  if (const auto vectors = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid)) return largest_component(*vectors);
+  const ValueCounts values = count_values(*as_float(grid));
+  return std::max(std::abs(values.min), std::abs(values.max));
+}
+
+void check_half(const std::filesystem::path& path, const openvdb::GridBase::Ptr& grid) {
+  const double largest = largest_number(grid);
+  if (largest <= kLargestHalf) return;
+  fail(path,
+       fmt::format("grid \"{}\" holds {}, which half floats cannot; expected at most {}; write full floats",
+                   grid->getName(), largest, kLargestHalf));
 }
 
 /// Shares the voxels of `grid`; its metadata is its own.
-openvdb::GridBase::Ptr with_fog_metadata(const openvdb::FloatGrid& grid, bool half) {
+openvdb::GridBase::Ptr with_fog_class(const openvdb::FloatGrid& grid) {
   const auto copy = openvdb::ConstPtrCast<openvdb::GridBase>(grid.copyGrid());
   copy->setGridClass(openvdb::GRID_FOG_VOLUME);
-  copy->setSaveFloatAsHalf(half);
-  copy->addStatsMetadata();
+  copy->setSaveFloatAsHalf(false);
   return copy;
+}
+
+uint32_t flags_of(VdbCodec codec) {
+  switch (codec) {
+    case VdbCodec::blosc:
+      return openvdb::io::COMPRESS_BLOSC | openvdb::io::COMPRESS_ACTIVE_MASK;
+    case VdbCodec::zip:
+      return openvdb::io::COMPRESS_ZIP | openvdb::io::COMPRESS_ACTIVE_MASK;
+    case VdbCodec::none:
+      break;
+  }
+  return openvdb::io::COMPRESS_ACTIVE_MASK;
 }
 
 /// A UUID (version 8: made by its maker's own rule) of two FNV-1a hashes of the bytes outside the id itself.
@@ -94,26 +135,40 @@ void check_written(const std::filesystem::path& target, const std::filesystem::p
 void write_vdb(const std::filesystem::path& path, std::span<const openvdb::FloatGrid::ConstPtr> grids,
                const VdbWriteOptions& options) {
   initialize_openvdb();
-  std::set<std::string> names;
-  openvdb::GridCPtrVec to_write;
+  std::vector<openvdb::GridBase::ConstPtr> to_write;
   for (const auto& grid : grids) {
-    check_grid(path, *grid, options.half);
-    if (!names.insert(grid->getName()).second) {
-      fail(path, fmt::format("two grids are called \"{}\"; expected different names", grid->getName()));
-    }
-    to_write.push_back(with_fog_metadata(*grid, options.half));
+    check_fog(path, *grid);
+    to_write.push_back(with_fog_class(*grid));
   }
-
   openvdb::MetaMap metadata;
   metadata.insertMeta("creator",
                       openvdb::StringMetadata(options.creator.empty() ? fmt::format("pileus {}", kVersion)
                                                                       : options.creator));
+  write_vdb_grids(path, to_write, metadata, options);
+}
+
+void write_vdb_grids(const std::filesystem::path& path, std::span<const openvdb::GridBase::ConstPtr> grids,
+                     const openvdb::MetaMap& metadata, const VdbWriteOptions& options) {
+  initialize_openvdb();
+  std::set<std::string> names;
+  openvdb::GridCPtrVec to_write;
+  for (const auto& grid : grids) {
+    const std::string name = grid->getName();
+    if (name.empty()) fail(path, "a grid to write has no name; expected one, such as \"density\"");
+    if (!names.insert(name).second) {
+      fail(path, fmt::format("two grids are called \"{}\"; expected different names", name));
+    }
+    const auto copy = openvdb::ConstPtrCast<openvdb::GridBase>(grid->copyGrid());
+    if (options.half && can_be_half(*copy)) copy->setSaveFloatAsHalf(true);
+    if (copy->saveFloatAsHalf() && can_be_half(*copy)) check_half(path, copy);
+    copy->addStatsMetadata();
+    to_write.push_back(copy);
+  }
+
   AtomicFile output(path);
   try {
     openvdb::io::File file(output.path().string());
-    const uint32_t codec =
-        uint32_t(options.codec == VdbCodec::blosc ? openvdb::io::COMPRESS_BLOSC : openvdb::io::COMPRESS_NONE);
-    file.setCompression(openvdb::io::COMPRESS_ACTIVE_MASK | codec);
+    file.setCompression(flags_of(options.codec));
     file.write(to_write, metadata);
   } catch (const std::exception& problem) {
     fail(path, fmt::format("OpenVDB cannot write it: {}", problem.what()));

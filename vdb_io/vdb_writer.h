@@ -8,11 +8,12 @@
 
 namespace pileus {
 
-/// OpenVDB never zips fog volumes, so there is no such choice.
-enum class VdbCodec { none, blosc };
+/// OpenVDB zips neither fog volumes nor level sets: those stay unpacked where zip is asked for.
+enum class VdbCodec { none, blosc, zip };
 
 struct VdbWriteOptions {
-  bool half = false;                 ///< store values as 16-bit floats
+  bool half = false;  ///< store values as 16-bit floats; write_vdb_grids: also where false, grids
+                      ///< that say so themselves
   VdbCodec codec = VdbCodec::blosc;  ///< for the active voxels; inactive ones are left out either way
   std::string creator{};             ///< file metadata "creator"; "": "pileus VERSION"
 };
@@ -27,5 +28,13 @@ struct VdbWriteOptions {
 ///         written
 void write_vdb(const std::filesystem::path& path, std::span<const openvdb::FloatGrid::ConstPtr> grids,
                const VdbWriteOptions& options = {});
+
+/// Writes grids of any type as they are: class, values, states, transform and metadata; statistics are
+/// renewed. `metadata` becomes the file's; "creator" is left as it says.
+///   grids: not null, named, no two alike
+/// errors: Error(file) where a grid is not so, where a value is too large for half, or where the file cannot
+///         be written
+void write_vdb_grids(const std::filesystem::path& path, std::span<const openvdb::GridBase::ConstPtr> grids,
+                     const openvdb::MetaMap& metadata, const VdbWriteOptions& options = {});
 
 }  // namespace pileus

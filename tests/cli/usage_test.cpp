@@ -54,7 +54,8 @@ TEST_F(Usage, the_extension_of_the_input_says_what_it_is) {
   const ProgramOutcome outcome = run({"render", write("scene.json", "{}"), "-o", "a.png"});
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_EQ(outcome.err,
-            "scene.json: error: extension \".json\" is neither a scene (.toml) nor a volume (.vdb)\n");
+            "scene.json: error: extension \".json\" is neither a scene (.toml) nor a volume "
+            "(.vdb, .nvdb, .df3, .npy or .raw)\n");
 }
 
 TEST_F(Usage, files_that_are_missing_fail_with_1) {

@@ -103,15 +103,15 @@ TEST_F(InspectFile, bad_values_get_a_warning_with_the_fix) {
 }
 
 TEST_F(InspectFile, an_undecided_file_says_so) {
-  auto heat = make_grid("heat"), soot = make_grid("soot");
+  auto heat = make_grid("heat"), ash = make_grid("ash");
   heat->tree().setValueOn(Coord(0), 1.0f);
-  soot->tree().setValueOn(Coord(0), 1.0f);
-  write_with_openvdb(path, {heat, soot});
+  ash->tree().setValueOn(Coord(0), 1.0f);
+  write_with_openvdb(path, {heat, ash});
   const VdbReport report = inspect_vdb(path);
   EXPECT_EQ(report.default_grid, "");
   expect_mentions(complaints(report), "grid = \"heat\"");
-  EXPECT_EQ(inspect_vdb(path, "soot").grids.size(), 1u);
-  expect_mentions(error_of([&] { inspect_vdb(path, "sot"); }), "nearest: soot");
+  EXPECT_EQ(inspect_vdb(path, "ash").grids.size(), 1u);
+  expect_mentions(error_of([&] { inspect_vdb(path, "asj"); }), "nearest: ash");
 }
 
 TEST_F(InspectFile, suspicious_sizes_get_a_scale) {

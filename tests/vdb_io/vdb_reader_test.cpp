@@ -155,9 +155,9 @@ TEST_F(Reader, takes_the_only_fog_volume) {
 }
 
 TEST_F(Reader, lists_candidates_where_it_cannot_choose) {
-  write_with_openvdb(path, {one_voxel("heat"), one_voxel("soot")});
+  write_with_openvdb(path, {one_voxel("heat"), one_voxel("ash")});
   const std::string message = error_of([&] { read_density_grid(path); });
-  expect_mentions(message, "heat (float, fog volume), soot (float, fog volume)");
+  expect_mentions(message, "heat (float, fog volume), ash (float, fog volume)");
   expect_mentions(message, "choose with `grid = \"...\"`");
 }
 

@@ -1,4 +1,5 @@
-/// A density grid of an OpenVDB file, shown by trilinear interpolation between voxel centres.
+/// A density grid of a volume file (.vdb, .nvdb, .df3, .npy, .raw), shown by trilinear interpolation between
+/// voxel centres.
 ///
 ///   [volume.plume]
 ///   type = "vdb"
@@ -13,18 +14,24 @@
 #include <filesystem>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "lib/scene/medium.h"
 #include "vdb_io/grid_to_field.h"
 #include "vdb_io/vdb_reader.h"
+#include "vdb_io/volumes/reading_notes.h"
 
 namespace pileus {
 namespace {
 
-class LoadedGrid final : public LoadedDensity {
+class LoadedGrid final : public LoadedDensity, public ReadingNotes {
  public:
-  LoadedGrid(openvdb::FloatGrid::ConstPtr grid, const Affine& world_from_object)
-      : m_grid(std::move(grid)), m_world_from_object(world_from_object) {}
+  LoadedGrid(DensityGrid density, const Affine& world_from_object)
+      : m_grid(std::move(density.grid)),
+        m_notes(std::move(density.notes)),
+        m_world_from_object(world_from_object) {}
+
+  std::vector<std::string> notes() const override { return m_notes; }
 
   std::shared_ptr<const DensityField> build() const override {
     return field_from_grid(m_grid, m_world_from_object);
@@ -32,6 +39,7 @@ class LoadedGrid final : public LoadedDensity {
 
  private:
   openvdb::FloatGrid::ConstPtr m_grid;
+  std::vector<std::string> m_notes;
   Affine m_world_from_object;
 };
 
@@ -41,8 +49,10 @@ struct VdbVolume final : Medium {
   Placement placement;
 
   void describe_density(ParamTable& params) override {
-    params.file("file", file, "the .vdb file").required();
-    params.text("grid", grid, "name of the grid; by default density, or the only fog volume");
+    params.file("file", file, "the file: .vdb, .nvdb, .df3, .npy or .raw").required();
+    params.text(
+        "grid", grid,
+        "name of the grid; by default density or what other programs call it, or the only fog volume");
     params.text("level_set", level_set, "what a level set becomes").one_of({"refuse", "fog"});
     params.text("nan", nan, "what NaN, infinite and negative densities become").one_of({"refuse", "zero"});
     placement.describe(params);
@@ -54,7 +64,7 @@ struct VdbVolume final : Medium {
   std::unique_ptr<LoadedDensity> load() const override {
     const VdbReadOptions options{grid, level_set == "fog" ? LevelSetPolicy::to_fog : LevelSetPolicy::refuse,
                                  nan == "zero" ? BadValuePolicy::to_zero : BadValuePolicy::refuse};
-    return std::make_unique<LoadedGrid>(read_density_grid(file, options).grid, world_from_object());
+    return std::make_unique<LoadedGrid>(read_density_grid(file, options), world_from_object());
   }
 
   std::shared_ptr<const DensityField> build(const FreeForms&) const override { return load()->build(); }
@@ -62,6 +72,6 @@ struct VdbVolume final : Medium {
 
 }  // namespace
 
-PILEUS_PLUGIN(Medium, vdb, VdbVolume, "density grid of an OpenVDB file")
+PILEUS_PLUGIN(Medium, vdb, VdbVolume, "density grid of a volume file")
 
 }  // namespace pileus

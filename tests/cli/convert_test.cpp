@@ -1,0 +1,120 @@
+// `pileus convert` as a person meets it.
+#include <filesystem>
+#include <fstream>
+#include <string>
+
+#include <gtest/gtest.h>
+
+#include "tests/cli/program.h"
+
+namespace pileus {
+namespace {
+
+void expect_mentions(const std::string& text, const std::string& part) {
+  EXPECT_NE(text.find(part), std::string::npos) << "in: " << text << "\nexpected: " << part;
+}
+
+class Convert : public ProgramTest, public testing::Test {
+ protected:
+  Convert() {
+    write("a.raw", std::string("\0\1\2\3\4\5\6\7", 8));
+    write("a.raw.json", R"({"pileus_volume": 1, "type": "uint8", "size": [2, 2, 2], "grid": "Smoke",
+                            "world_from_index": [[0.5, 0, 0, 0], [0, 0.5, 0, 0], [0, 0, 0.5, 0]]})");
+  }
+
+  std::string refusal(std::vector<std::string> arguments, int exit_code) {
+    arguments.insert(arguments.begin(), "convert");
+    const ProgramOutcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, exit_code) << outcome.err;
+    return outcome.err;
+  }
+};
+
+TEST_F(Convert, says_what_it_wrote) {
+  const ProgramOutcome outcome =
+      run({"convert", "a.raw", "a.vdb", "--grid", "density", "--rename", "Smoke=density"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(outcome.out, "a.vdb: density <- Smoke (float, fog volume), 7 active voxels of 0.5 m\n");
+  EXPECT_EQ(outcome.err, "pileus: note: a.raw: grid Smoke (float, fog volume) taken for \"density\"\n");
+}
+
+TEST_F(Convert, goes_round_all_formats) {
+  std::string from = "a.raw";
+  for (const char* to : {"b.vdb", "b.nvdb", "b.npy", "c.vdb", "b.df3", "d.vdb", "b.raw"}) {
+    const ProgramOutcome outcome = run({"convert", from, to, "--quiet"});
+    EXPECT_EQ(outcome.exit_code, 0) << from << " to " << to << ": " << outcome.err;
+    EXPECT_EQ(outcome.out + outcome.err, "");
+    const ProgramOutcome info = run({"info", to});
+    expect_mentions(info.out, "active voxels  7\n");
+    expect_mentions(info.out, " to 7, background 0\n");
+    from = to;
+  }
+  const ProgramOutcome render = run({"render", "b.npy", "-o", "a.png", "--size", "16x16"});
+  EXPECT_EQ(render.exit_code, 0) << render.err;
+}
+
+TEST_F(Convert, edits_on_the_way) {
+  EXPECT_EQ(
+      run({"convert", "a.raw", "a.vdb", "--resample", "2x", "--crop=-0.1,-0.1,-0.1,0.6,0.1,0.6"}).exit_code,
+      0);
+  expect_mentions(run({"info", "a.vdb"}).out, "1 x 1 x 1 m");
+  EXPECT_EQ(run({"convert", "a.raw", "b.vdb", "--half", "--codec", "none"}).exit_code, 0);
+  expect_mentions(run({"info", "b.vdb"}).out, "float (saved as half)");
+}
+
+TEST_F(Convert, merges_and_refuses_two_of_one_name) {
+  run({"convert", "a.raw", "a.vdb"});
+  run({"convert", "a.raw", "b.vdb", "--rename", "Smoke=heat"});
+  const ProgramOutcome outcome = run({"convert", "a.vdb", "both.vdb", "--merge", "b.vdb"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  expect_mentions(outcome.out, "both.vdb: Smoke (float");
+  expect_mentions(outcome.out, "both.vdb: heat (float");
+  expect_mentions(refusal({"a.vdb", "c.vdb", "--merge", "a.vdb"}, 2), "two grids are called \"Smoke\"");
+  EXPECT_FALSE(std::filesystem::exists(folder / "c.vdb"));
+}
+
+TEST_F(Convert, takes_sequences) {
+  for (const char* frame : {"0009", "0010", "0012"}) {
+    std::filesystem::copy_file(folder / "a.raw", folder / (std::string("s.") + frame + ".raw"));
+    std::filesystem::copy_file(folder / "a.raw.json", folder / (std::string("s.") + frame + ".raw.json"));
+  }
+  EXPECT_EQ(run({"convert", "s.%04d.raw", "s.%d.vdb", "--frames", "9-10"}).exit_code, 0);
+  EXPECT_TRUE(std::filesystem::exists(folder / "s.9.vdb"));
+  EXPECT_TRUE(std::filesystem::exists(folder / "s.10.vdb"));
+  EXPECT_EQ(run({"convert", "s.%04d.raw", "t.%04d.vdb", "--frames", "10-12x2"}).exit_code, 0);
+  EXPECT_FALSE(std::filesystem::exists(folder / "t.0011.vdb"));
+  expect_mentions(refusal({"s.%04d.raw", "t.%04d.vdb", "--frames", "10-12"}, 1),
+                  "s.0011.raw: error: no such file");
+  expect_mentions(refusal({"s.%04d.raw", "t.%04d.vdb"}, 2), "expected --frames FIRST-LAST");
+  expect_mentions(refusal({"s.%04d.raw", "t.vdb", "--frames", "9-10"}, 2), "written to the same file");
+  expect_mentions(refusal({"a.raw", "t.vdb", "--frames", "9-10"}, 2), "a place for the number in both names");
+  expect_mentions(refusal({"s.%s.raw", "t.%04d.vdb", "--frames", "9"}, 2),
+                  "expected one place for the frame's number");
+  for (const char* frames : {"10-9", "a", "1-", "-3", "1-5x0", "1-99999999999"}) {
+    expect_mentions(refusal({"s.%04d.raw", "t.%04d.vdb", "--frames", frames}, 2), "--frames");
+  }
+}
+
+TEST_F(Convert, refuses_what_it_cannot_do) {
+  expect_mentions(refusal({"a.raw", "a.raw"}, 2), "is an input; expected another name");
+  expect_mentions(refusal({"a.raw", "a.obj"}, 2),
+                  "expected one that ends in .vdb, .nvdb, .df3, .npy or .raw");
+  expect_mentions(refusal({"missing.vdb", "b.vdb"}, 1), "missing.vdb: error: no such file");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--grid", "vel"}, 1),
+                  "no grid \"vel\"; found Smoke (float, fog volume)");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--rename", "Smok=x"}, 2), "nearest: Smoke");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--rename", "x"}, 2), "expected OLD=NEW");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--resample", "0"}, 2),
+                  "expected the edge of a voxel in metres");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--resample", "nanx"}, 2), "expected the edge");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--crop=0,0,0,1,1"}, 2), "expected X0,Y0,Z0,X1,Y1,Z1");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--crop=0,0,0,-1,1,1"}, 2), "each lower end first");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--codec", "lz4"}, 2), "expected none, zip or blosc");
+  expect_mentions(refusal({"a.raw", "b.df3", "--bits", "12"}, 2), "--bits");
+  expect_mentions(refusal({"a.raw", "b.nvdb", "--half"}, 2), "NanoVDB has no half floats");
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.vdb"));
+  EXPECT_FALSE(std::filesystem::exists(folder / "b.df3"));
+}
+
+}  // namespace
+}  // namespace pileus
