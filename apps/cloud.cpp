@@ -1,9 +1,11 @@
 #include "vdb_io/volumes/cloud.h"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,12 +14,18 @@
 #include <fmt/format.h>
 
 #include "apps/commands.h"
+#include "apps/frame_names.h"
 #include "apps/interrupt.h"
 #include "apps/numbers.h"
 #include "apps/progress_bar.h"
+#include "apps/scene_options.h"
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
-#include "lib/scene/scene.h"
+#include "lib/core/parallel.h"
+#include "lib/core/version.h"
+#include "lib/scene/animation.h"
+#include "vdb_io/build_cloud.h"
+#include "vdb_io/cloud_grids.h"
 #include "vdb_io/vdb_writer.h"
 
 namespace pileus {
@@ -25,14 +33,28 @@ namespace {
 
 struct CloudCommand {
   std::filesystem::path recipe, output;
+  SceneOptions scene_options;  ///< --set
   VdbWriteOptions write;
   double voxel_size = 0.0;  ///< [m]; 0: as each cloud says
-  bool quiet = false;
+  int64_t max_voxels = 0;   ///< 0: as each cloud says
+  uint64_t max_bytes = 0;
+  std::vector<std::string> grids{"density"};
+  std::string frames;  ///< "": one file, of frame `frame`
+  double frame = 0.0;
+  int threads = 0;  ///< 0: all cores
+  bool resume = false, quiet = false;
 
   void run() const;
 
  private:
-  openvdb::FloatGrid::Ptr build(const Named<CloudVolume>& named, const FreeForms& freeforms) const;
+  void check() const;
+  void build_sequence() const;
+  void build_file(const std::filesystem::path& file, double frame_number,
+                  const std::string& progress_note) const;
+  std::vector<openvdb::GridBase::ConstPtr> build(const Named<CloudVolume>& named, const FreeForms& freeforms,
+                                                 const std::string& progress_note) const;
+  CloudGridOptions options_of(const CloudVolume& volume) const;
+  void report(const std::filesystem::path& file, const openvdb::GridBase& grid) const;
 };
 
 /// The scene's volumes of type `cloud`.
@@ -52,37 +74,98 @@ std::vector<Named<CloudVolume>> clouds_of(const Scene& scene) {
   return clouds;
 }
 
-openvdb::FloatGrid::Ptr CloudCommand::build(const Named<CloudVolume>& named,
-                                            const FreeForms& freeforms) const {
-  CloudVolume cloud = *named.object;
-  if (voxel_size > 0) cloud.voxel_size = voxel_size;
-  ProgressBar bar("building " + named.name, quiet);
-  return cloud.build_grid(freeforms, [&](double share) {
-    bar.update(share);
-    return !is_interrupted();
-  });
+/// The limits of the command line replace those of the scene; a voxel size goes before limits.
+CloudGridOptions CloudCommand::options_of(const CloudVolume& volume) const {
+  CloudGridOptions options = volume.grid_options();
+  if (voxel_size > 0) options.voxel_size = voxel_size;
+  if (max_voxels > 0) options.max_voxels = max_voxels;
+  if (max_bytes > 0) options.max_bytes = int64_t(max_bytes);
+  const bool is_by_limits = voxel_size == 0 && (max_voxels > 0 || max_bytes > 0);
+  if (is_by_limits) options.voxel_size = 0;
+  return options;
 }
 
-void CloudCommand::run() const {
+std::vector<openvdb::GridBase::ConstPtr> CloudCommand::build(const Named<CloudVolume>& named,
+                                                             const FreeForms& freeforms,
+                                                             const std::string& progress_note) const {
+  const ProceduralCloud cloud = named.object->cloud(freeforms);
+  CloudGridOptions options = options_of(*named.object);
+  ProgressBar bar("building " + named.name + progress_note, quiet);
+  options.progress = [&](double share) {
+    bar.update(share);
+    return !is_interrupted();
+  };
+  const openvdb::FloatGrid::Ptr density = build_cloud(cloud, options);
+  std::vector<openvdb::GridBase::ConstPtr> built;
+  const CloudFields fields(named.object->fields, cloud);
+  for (const std::string& name : grids) {
+    built.push_back(name == "density" ? openvdb::GridBase::Ptr(density)
+                                      : build_cloud_field(name, fields, *density));
+    if (is_interrupted()) throw Error(ErrorKind::cancelled, SourceLoc{}, "building the cloud was cancelled");
+  }
+  return built;
+}
+
+void CloudCommand::check() const {
   if (output.extension() != ".vdb") {
     throw Error(ErrorKind::usage, output.string(), "is no name for a cloud; expected one that ends in .vdb");
   }
-  const Scene scene = load_scene(recipe);
-  const std::vector<Named<CloudVolume>> clouds = clouds_of(scene);
-
-  const CancellableScope cancellable;
-  const AtomicFile probe(output);  // refuse now what could not be written after a long build
-  std::vector<openvdb::FloatGrid::ConstPtr> grids;
-  for (const Named<CloudVolume>& cloud : clouds) {
-    const openvdb::FloatGrid::Ptr grid = build(cloud, scene.freeforms);
-    if (clouds.size() > 1) grid->setName(cloud.name);  // one alone stays "density", which programs look for
-    grids.push_back(grid);
+  if (has_frame_number(output) == frames.empty()) {
+    throw Error(ErrorKind::usage, output.string(),
+                frames.empty()
+                    ? "names a sequence of files; expected --frames FIRST-LAST, such as --frames 1-48"
+                    : "has no place for the number of a frame; expected one such as cloud.%04d.vdb");
   }
-  write_vdb(output, grids, write);
+  if (resume && frames.empty()) {
+    throw Error(ErrorKind::usage, SourceLoc{}, "--resume goes on with a sequence; expected --frames with it");
+  }
+  for (size_t i = 0; i < grids.size(); ++i) {
+    if (std::count(grids.begin(), grids.end(), grids[i]) > 1) {
+      throw Error(ErrorKind::usage, SourceLoc{}, fmt::format("--grids names \"{}\" twice", grids[i]));
+    }
+  }
+}
+
+void CloudCommand::report(const std::filesystem::path& file, const openvdb::GridBase& grid) const {
+  fmt::print("{}: {}, {} active voxels of {} m\n", file.string(), grid.getName(), grid.activeVoxelCount(),
+             grid.voxelSize().x());
+}
+
+void CloudCommand::build_file(const std::filesystem::path& file, double frame_number,
+                              const std::string& progress_note) const {
+  const Scene scene = load_scene(recipe, scene_options.settings, frame_number);
+  const std::vector<Named<CloudVolume>> clouds = clouds_of(scene);
+  const AtomicFile probe(file);  // refuse now what could not be written after a long build
+  std::vector<openvdb::GridBase::ConstPtr> built;
+  for (const Named<CloudVolume>& cloud : clouds) {
+    for (const openvdb::GridBase::ConstPtr& grid : build(cloud, scene.freeforms, progress_note)) {
+      const auto named = openvdb::ConstPtrCast<openvdb::GridBase>(grid);
+      // One alone stays "density", which programs look for.
+      if (clouds.size() > 1)
+        named->setName(grids.size() == 1 ? cloud.name : cloud.name + "_" + grid->getName());
+      built.push_back(grid);
+    }
+  }
+  openvdb::MetaMap metadata;
+  metadata.insertMeta("creator", openvdb::StringMetadata(fmt::format("pileus {}", kVersion)));
+  write_vdb_grids(file, built, metadata, write);
   if (quiet) return;
-  for (const auto& grid : grids) {
-    fmt::print("{}: {}, {} active voxels of {} m\n", output.string(), grid->getName(),
-               grid->activeVoxelCount(), grid->voxelSize().x());
+  for (const auto& grid : built) report(file, *grid);
+}
+
+void CloudCommand::run() const {
+  check();
+  const CancellableScope cancellable;
+  with_threads(threads, [this] { frames.empty() ? build_file(output, frame, "") : build_sequence(); });
+}
+
+void CloudCommand::build_sequence() const {
+  const std::vector<int> numbers = parse_frames(frames);
+  for (size_t i = 0; i < numbers.size(); ++i) {
+    const std::filesystem::path file = frame_name(output, numbers[i]);
+    if (resume && std::filesystem::exists(file)) continue;  // whole: no file is ever half written
+    build_file(file, numbers[i], fmt::format(", frame {} ({} of {})", numbers[i], i + 1, numbers.size()));
+    if (is_interrupted()) throw Error(ErrorKind::cancelled, SourceLoc{}, "the sequence was cancelled");
   }
 }
 
@@ -92,19 +175,46 @@ void add_cloud_command(CLI::App& app, int&) {
   auto command = std::make_shared<CloudCommand>();
   CLI::App* sub = app.add_subcommand("cloud", "build the procedural clouds of a scene into a .vdb file");
   sub->add_option("RECIPE", command->recipe, "scene with volumes of type cloud (.toml)")->required();
-  sub->add_option("-o,--output", command->output, "file to write (.vdb)")->required()->type_name("OUT.vdb");
+  sub->add_option("-o,--output", command->output,
+                  "file to write (.vdb); with %04d where --frames puts numbers")
+      ->required()
+      ->type_name("OUT.vdb");
   sub->add_option("--voxel-size", command->voxel_size, "edge of a voxel [m], instead of the scene's")
       ->check(finite_positive());
-  const std::map<std::string, VdbCodec> codecs{{"none", VdbCodec::none}, {"blosc", VdbCodec::blosc}};
-  sub->add_option("--codec", command->write.codec, "compression: none or blosc")
+  sub->add_option("--max-voxels", command->max_voxels,
+                  "as small voxels as leave no more than this in the cloud's bounding box")
+      ->check(CLI::Range(int64_t(1), int64_t(1) << 40));
+  sub->add_option("--max-bytes", command->max_bytes,
+                  "as small voxels as make no larger density grid in memory; 500MB, 2GB, ...")
+      ->transform(CLI::AsSizeValue(false));
+  std::vector<std::string> names = cloud_field_names();
+  names.insert(names.begin(), "density");
+  sub->add_option("--grids", command->grids,
+                  "grids to write: density, temperature, Cd, vel (comma-separated)")
+      ->delimiter(',')
+      ->type_name("LIST")
+      ->check(CLI::IsMember(names));
+  CLI::Option* const frames =
+      sub->add_option("--frames", command->frames, "a file for each frame: 1-48, or 1-48x4 for every fourth");
+  sub->add_option("--frame", command->frame, "the frame at which keyframes are read (default 0)")
+      ->excludes(frames);
+  sub->add_flag("--resume", command->resume, "leave the frames alone whose files are there");
+  const std::map<std::string, VdbCodec> codecs{
+      {"none", VdbCodec::none}, {"blosc", VdbCodec::blosc}, {"zip", VdbCodec::zip}};
+  sub->add_option("--codec", command->write.codec, "compression: none, blosc or zip")
       ->type_name("NAME")
       ->transform(CLI::CheckedTransformer(codecs));
-  sub->add_flag("--half", command->write.half, "store densities as 16-bit floats");
+  sub->add_flag("--half", command->write.half, "store values as 16-bit floats");
+  sub->add_option("--threads", command->threads, "0: one for each core (default)")
+      ->check(CLI::NonNegativeNumber);
+  command->scene_options.add_settings_to(*sub);
   sub->add_flag("--quiet", command->quiet, "print nothing but errors");
   sub->footer(
       "Examples:\n"
       "  pileus cloud cumulus.toml -o cumulus.vdb\n"
-      "  pileus cloud cumulus.toml -o small.vdb --voxel-size 0.1 --half");
+      "  pileus cloud cumulus.toml -o small.vdb --max-bytes 50MB --half\n"
+      "  pileus cloud plume.toml -o plume.vdb --grids density,temperature,vel\n"
+      "  pileus cloud morph.toml -o morph.%04d.vdb --frames 1-48 --resume");
   sub->callback([command] { command->run(); });
 }
 

@@ -1,9 +1,12 @@
 #include "vdb_io/build_cloud.h"
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
@@ -12,6 +15,7 @@
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
 #include "lib/core/version.h"
+#include "vdb_io/cloud_nodes.h"
 #include "vdb_io/openvdb_library.h"
 
 namespace pileus {
@@ -20,6 +24,8 @@ namespace {
 
 using Leaf = openvdb::FloatTree::LeafNodeType;
 constexpr int kLeafEdge = int(Leaf::DIM);
+constexpr int kBlockEdge = 128;  ///< voxels along a node of leaves
+constexpr int kTaskEdge = 32;    ///< voxels along what one task evaluates
 
 /// Voxel indices up to here leave room for what readers add to them: half of the 32-bit range.
 constexpr double kMaxIndex = 1 << 30;
@@ -29,10 +35,10 @@ constexpr double kMaxIndex = 1 << 30;
 }
 
 /// First and last voxel index along each axis whose centre lies in the box. Floating: nothing is known yet.
-struct VoxelRange {
+struct WideRange {
   Vec3d first, last;
 
-  VoxelRange(const Box3d& box, double voxel_size) {
+  WideRange(const Box3d& box, double voxel_size) {
     for (int axis = 0; axis < 3; ++axis) {
       first[axis] = std::ceil(box.min[axis] / voxel_size);
       last[axis] = std::floor(box.max[axis] / voxel_size);
@@ -40,35 +46,48 @@ struct VoxelRange {
   }
   bool is_empty() const { return !(first.x <= last.x && first.y <= last.y && first.z <= last.z); }
   double count() const { return (last.x - first.x + 1) * (last.y - first.y + 1) * (last.z - first.z + 1); }
+
+  /// Once it is known to fit.
+  VoxelRange range() const {
+    return {{int(first.x), int(first.y), int(first.z)}, {int(last.x), int(last.y), int(last.z)}};
+  }
 };
 
-/// A voxel size, rounded up to two digits, with which the box stays within max_voxels.
+/// Rounded up to two digits.
+double rounded_up(double voxel_size) {
+  const double digit = std::pow(10.0, std::floor(std::log10(voxel_size)) - 1);
+  return std::ceil(voxel_size / digit) * digit;
+}
+
+/// A voxel size with which the box stays within max_voxels.
 double fitting_voxel_size(const Box3d& box, double max_voxels) {
   const Vec3d extent = box.size();
   double voxel_size = std::cbrt(extent.x / max_voxels * extent.y * extent.z);
   for (;; voxel_size *= 1.05) {
-    const double digit = std::pow(10.0, std::floor(std::log10(voxel_size)) - 1);
-    const double rounded = std::ceil(voxel_size / digit) * digit;
-    if (VoxelRange(box, rounded).count() <= max_voxels) return rounded;
+    const double rounded = rounded_up(voxel_size);
+    if (WideRange(box, rounded).count() <= max_voxels) return rounded;
   }
 }
 
-VoxelRange checked_range(const Box3d& box, const CloudGridOptions& options) {
-  const double voxel_size = options.voxel_size;
-  if (!(voxel_size > 0) || !std::isfinite(voxel_size)) {
-    refuse(fmt::format("voxel_size is {}; expected a finite length > 0", voxel_size));
-  }
+void check_extent(const Box3d& box) {
   const Vec3d extent = box.size();
   if (!std::isfinite(extent.length()) || !(extent.x > 0 && extent.y > 0 && extent.z > 0)) {
     refuse(fmt::format("the cloud's bounds measure {} x {} x {} m; expected finite lengths > 0", extent.x,
                        extent.y, extent.z));
   }
-  const VoxelRange range(box, voxel_size);
+}
+
+VoxelRange checked_range(const Box3d& box, double voxel_size, const CloudGridOptions& options) {
+  if (!(voxel_size > 0) || !std::isfinite(voxel_size)) {
+    refuse(fmt::format("voxel_size is {}; expected a finite length > 0", voxel_size));
+  }
+  check_extent(box);
+  const WideRange range(box, voxel_size);
   if (range.is_empty()) {
     refuse(fmt::format(
         "no voxel of size {} m lies in the cloud's bounds of {} x {} x {} m; expected a voxel_size "
         "of at most a tenth of that",
-        voxel_size, extent.x, extent.y, extent.z));
+        voxel_size, box.size().x, box.size().y, box.size().z));
   }
   if (!(range.count() <= double(options.max_voxels))) {
     refuse(fmt::format(
@@ -84,40 +103,90 @@ VoxelRange checked_range(const Box3d& box, const CloudGridOptions& options) {
           box.min[axis], box.max[axis], "xyz"[axis], voxel_size, kMaxIndex));
     }
   }
-  return range;
+  return range.range();
 }
 
-/// Origins of the leaves in the range that may hold density, in a fixed order.
-std::vector<openvdb::Coord> leaf_origins(const ProceduralCloud& cloud, const VoxelRange& range,
-                                         double voxel_size) {
-  const auto leaf_start = [](double index) { return int(index) & ~(kLeafEdge - 1); };
-  std::vector<openvdb::Coord> origins;
-  for (int x = leaf_start(range.first.x); x <= int(range.last.x); x += kLeafEdge) {
-    for (int y = leaf_start(range.first.y); y <= int(range.last.y); y += kLeafEdge) {
-      for (int z = leaf_start(range.first.z); z <= int(range.last.z); z += kLeafEdge) {
-        const Box3d centres(voxel_size * Vec3d(x, y, z),
-                            voxel_size * (Vec3d(x, y, z) + Vec3d(kLeafEdge - 1)));
-        if (!cloud.is_empty(centres)) origins.emplace_back(x, y, z);
-      }
+/// A tile of density 1 of the tree: 8, 128, … voxels along its edge.
+void add_full_node(openvdb::FloatTree& tree, const VoxelNode& node) {
+  const openvdb::Index level = node.edge >= kBlockEdge ? 2 : 1;
+  const int edge = level == 2 ? kBlockEdge : kLeafEdge;
+  for (int x = 0; x < node.edge; x += edge) {
+    for (int y = 0; y < node.edge; y += edge) {
+      for (int z = 0; z < node.edge; z += edge)
+        tree.addTile(level, node.origin.offsetBy(x, y, z), 1.0f, true);
     }
   }
-  return origins;
 }
 
-/// The leaf at `origin` with its densities, or null where all are 0.
-std::unique_ptr<Leaf> sample_leaf(const ProceduralCloud& cloud, const openvdb::Coord& origin,
-                                  double voxel_size) {
-  auto leaf = std::make_unique<Leaf>(origin, 0.0f);
-  for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
-    const openvdb::Coord voxel = leaf->offsetToGlobalCoord(i);
-    const float rho = float(cloud.density(voxel_size * Vec3d(voxel.x(), voxel.y(), voxel.z())));
-    if (rho > 0) leaf->setValueOn(i, rho);
+/// Adds nodes to a count, by how they were decided.
+struct NodeCounts {
+  const VoxelRange& range;
+  CloudBuildCounters counters;
+
+  void empty(const VoxelNode& node) { counters.empty_by_bound += range.count_in(node); }
+  void full(const VoxelNode& node) { counters.full_by_bound += range.count_in(node); }
+};
+
+/// Collects what bounds leave of a block.
+struct BlockSink : NodeCounts {
+  std::vector<VoxelNode> full_nodes, tasks;
+
+  void full(const VoxelNode& node) {
+    NodeCounts::full(node);
+    full_nodes.push_back(node);
   }
-  if (leaf->isEmpty()) return nullptr;
-  return leaf;
+  void undecided(const VoxelNode& node, const CloudRegion&) { tasks.push_back(node); }
+};
+
+/// Evaluates the leaves that bounds leave of a task.
+struct LeafSink : NodeCounts {
+  const CloudNodes& nodes;
+  std::vector<std::unique_ptr<Leaf>> leaves{};
+  std::vector<VoxelNode> full_nodes{};
+
+  void full(const VoxelNode& node) {
+    NodeCounts::full(node);
+    full_nodes.push_back(node);
+  }
+
+  void undecided(const VoxelNode& node, const CloudRegion& region) {
+    std::array<float, Leaf::SIZE> rho;
+    counters.noise_points += region.densities(nodes.points(node), rho);
+    counters.evaluated += range.count_in(node);
+    const auto zeros = std::count(rho.begin(), rho.end(), 0.0f);
+    counters.evaluated_empty += zeros - (int64_t(Leaf::SIZE) - range.count_in(node));
+    if (zeros == std::ptrdiff_t(Leaf::SIZE)) return;
+    const bool is_full = std::all_of(rho.begin(), rho.end(), [](float value) { return value == 1.0f; });
+    if (is_full) return full_nodes.push_back(node);
+    auto leaf = std::make_unique<Leaf>(node.origin, 0.0f);
+    for (openvdb::Index i = 0; i < Leaf::SIZE; ++i) {
+      if (rho[i] > 0) leaf->setValueOn(i, rho[i]);
+    }
+    leaves.push_back(std::move(leaf));
+  }
+};
+
+void add(CloudBuildCounters& sum, const CloudBuildCounters& part) {
+  sum.empty_by_bound += part.empty_by_bound;
+  sum.full_by_bound += part.full_by_bound;
+  sum.evaluated += part.evaluated;
+  sum.evaluated_empty += part.evaluated_empty;
+  sum.noise_points += part.noise_points;
 }
 
-/// Counts finished leaves from any thread and passes every whole per cent on.
+/// Origins of the blocks that hold a range, in a fixed order.
+std::vector<VoxelNode> blocks_of(const VoxelRange& range) {
+  const openvdb::Coord first = range.first & ~(kBlockEdge - 1);
+  std::vector<VoxelNode> blocks;
+  for (int x = first.x(); x <= range.last.x(); x += kBlockEdge) {
+    for (int y = first.y(); y <= range.last.y(); y += kBlockEdge) {
+      for (int z = first.z(); z <= range.last.z(); z += kBlockEdge) blocks.push_back({{x, y, z}, kBlockEdge});
+    }
+  }
+  return blocks;
+}
+
+/// Counts finished tasks from any thread and passes every whole per cent on.
 class Progress {
  public:
   Progress(size_t total, const std::function<bool(double)>& hook) : m_total(total), m_hook(hook) {}
@@ -141,26 +210,112 @@ class Progress {
   size_t m_done = 0;
 };
 
+/// What bounds leave of all blocks: tasks in a fixed order; full nodes go into the tree at once.
+std::vector<VoxelNode> tasks_of(const CloudNodes& nodes, openvdb::FloatTree& tree,
+                                CloudBuildCounters& counters) {
+  const std::vector<VoxelNode> blocks = blocks_of(nodes.range());
+  std::vector<BlockSink> sinks(blocks.size(), BlockSink{{nodes.range(), {}}, {}, {}});
+  parallel_for(blocks.size(), [&](size_t i) { nodes.decide(blocks[i], kTaskEdge, sinks[i]); });
+  std::vector<VoxelNode> tasks;
+  for (const BlockSink& sink : sinks) {
+    add(counters, sink.counters);
+    for (const VoxelNode& node : sink.full_nodes) add_full_node(tree, node);
+    tasks.insert(tasks.end(), sink.tasks.begin(), sink.tasks.end());
+  }
+  return tasks;
+}
+
+/// How many leaves bounds cannot rule out.
+int64_t count_leaves(const ProceduralCloud& cloud, double voxel_size, const VoxelRange& range) {
+  struct Sink : NodeCounts {
+    int64_t leaves = 0;
+    void undecided(const VoxelNode&, const CloudRegion&) { ++leaves; }
+  };
+  const CloudNodes nodes(cloud, voxel_size, range);
+  const std::vector<VoxelNode> blocks = blocks_of(range);
+  std::vector<Sink> sinks(blocks.size(), Sink{{range, {}}});
+  parallel_for(blocks.size(), [&](size_t i) { nodes.decide(blocks[i], kLeafEdge, sinks[i]); });
+  int64_t leaves = 0;
+  for (const Sink& sink : sinks) leaves += sink.leaves;
+  return leaves;
+}
+
+/// Memory of the finished grid at most [bytes]: leaves, blocks of them, and the nodes that hold the blocks.
+double bound_on_bytes(const ProceduralCloud& cloud, double voxel_size, const CloudGridOptions& options) {
+  using Top = openvdb::FloatTree::RootNodeType::ChildNodeType;
+  const VoxelRange range = checked_range(cloud.bounds(), voxel_size, options);
+  double tops = 1;
+  for (int axis = 0; axis < 3; ++axis)
+    tops *= range.last[axis] / int(Top::DIM) - range.first[axis] / int(Top::DIM) + 2;
+  return double(count_leaves(cloud, voxel_size, range)) * double(sizeof(Leaf) + Leaf::SIZE * sizeof(float)) +
+         double(blocks_of(range).size()) * double(sizeof(Top::ChildNodeType)) + tops * double(sizeof(Top));
+}
+
+/// A voxel size with which the grid stays within options.max_bytes, and no voxel smaller than `least` [m].
+double fitting_voxel_size(const ProceduralCloud& cloud, double least, const CloudGridOptions& options) {
+  const double max_bytes = double(options.max_bytes);
+  const Vec3d extent = cloud.bounds().size();
+  const double coarsest = std::min({extent.x, extent.y, extent.z}) / 4;
+  double voxel_size = std::max(least, coarsest / 4);
+  for (int step = 0; step < 4 && voxel_size > least; ++step) {  // bytes ~ 1 / voxel_size^3, roughly
+    voxel_size *= std::cbrt(bound_on_bytes(cloud, voxel_size, options) / max_bytes);
+    voxel_size = std::clamp(voxel_size, least, coarsest);
+  }
+  for (; voxel_size <= coarsest; voxel_size *= 1.05) {
+    const double rounded = rounded_up(voxel_size);
+    if (bound_on_bytes(cloud, rounded, options) <= max_bytes) return rounded;
+  }
+  refuse(fmt::format("max_bytes = {}: no grid is that small; expected at least {:.0f}", options.max_bytes,
+                     bound_on_bytes(cloud, coarsest, options)));
+}
+
+/// options.voxel_size, or the smallest that the limits allow.
+double chosen_voxel_size(const ProceduralCloud& cloud, const CloudGridOptions& options) {
+  check_extent(cloud.bounds());
+  double voxel_size = options.voxel_size;
+  if (voxel_size == 0) {
+    voxel_size = fitting_voxel_size(cloud.bounds(), double(options.max_voxels));
+    return options.max_bytes > 0 ? fitting_voxel_size(cloud, voxel_size, options) : voxel_size;
+  }
+  if (options.max_bytes <= 0) return voxel_size;
+  const double bytes = bound_on_bytes(cloud, voxel_size, options);
+  if (bytes <= double(options.max_bytes)) return voxel_size;
+  refuse(fmt::format(
+      "voxel_size = {} m makes a grid of up to {:.3g} bytes; expected at most {} (max_bytes); nearest "
+      "voxel_size that fits: {:.2g} m",
+      voxel_size, bytes, options.max_bytes, fitting_voxel_size(cloud, voxel_size, options)));
+}
+
 }  // namespace
 
-openvdb::FloatGrid::Ptr build_cloud(const ProceduralCloud& cloud, const CloudGridOptions& options) {
+openvdb::FloatGrid::Ptr build_cloud(const ProceduralCloud& cloud, const CloudGridOptions& options,
+                                    CloudBuildCounters* counters) {
   initialize_openvdb();
-  const VoxelRange range = checked_range(cloud.bounds(), options);
-  const std::vector<openvdb::Coord> origins = leaf_origins(cloud, range, options.voxel_size);
+  const double voxel_size = chosen_voxel_size(cloud, options);
+  const VoxelRange range = checked_range(cloud.bounds(), voxel_size, options);
+  const CloudNodes nodes(cloud, voxel_size, range);
+  auto grid = openvdb::FloatGrid::create(0.0f);
 
-  std::vector<std::unique_ptr<Leaf>> leaves(origins.size());
-  Progress progress(origins.size(), options.progress);
-  parallel_for(origins.size(), [&](size_t i) {
-    leaves[i] = sample_leaf(cloud, origins[i], options.voxel_size);
+  CloudBuildCounters counts;
+  counts.voxels = range.count();
+  const std::vector<VoxelNode> tasks = tasks_of(nodes, grid->tree(), counts);
+  std::vector<LeafSink> sinks;
+  sinks.reserve(tasks.size());
+  for (size_t i = 0; i < tasks.size(); ++i) sinks.push_back({{range, {}}, nodes});
+  Progress progress(tasks.size(), options.progress);
+  parallel_for(tasks.size(), [&](size_t i) {
+    nodes.decide(tasks[i], kLeafEdge, sinks[i]);
     progress.one_done();
   });
-
-  auto grid = openvdb::FloatGrid::create(0.0f);
-  for (std::unique_ptr<Leaf>& leaf : leaves) {
-    if (leaf) grid->tree().addLeaf(leaf.release());  // one after the other: the tree's order is fixed
+  for (LeafSink& sink : sinks) {  // one after the other: the tree's order is fixed
+    add(counts, sink.counters);
+    for (const VoxelNode& node : sink.full_nodes) add_full_node(grid->tree(), node);
+    for (std::unique_ptr<Leaf>& leaf : sink.leaves) grid->tree().addLeaf(leaf.release());
+    sink.leaves.clear();
   }
   openvdb::tools::prune(grid->tree());
-  grid->setTransform(openvdb::math::Transform::createLinearTransform(options.voxel_size));
+  if (counters) *counters = counts;
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel_size));
   grid->setGridClass(openvdb::GRID_FOG_VOLUME);
   grid->setName("density");
   grid->setCreator(fmt::format("pileus {}", kVersion));

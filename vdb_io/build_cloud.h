@@ -10,19 +10,32 @@
 namespace pileus {
 
 struct CloudGridOptions {
-  double voxel_size = 0.0;                 ///< edge of a voxel [m], > 0
-  int64_t max_voxels = int64_t(1) << 29;   ///< allowed in the cloud's bounding box; 4 bytes each at worst
+  double voxel_size = 0.0;                 ///< edge of a voxel [m]; 0: as small as the limits allow
+  int64_t max_voxels = int64_t(1) << 29;   ///< allowed in the cloud's bounding box
+  int64_t max_bytes = 0;                   ///< of the finished grid in memory; 0: no limit
   std::function<bool(double)> progress{};  ///< gets the share that is done, rising to 1; false cancels
 };
 
+/// How it was found out what the voxels of the cloud's bounding box hold.
+struct CloudBuildCounters {
+  int64_t voxels = 0;
+  int64_t empty_by_bound = 0;   ///< bounds showed that a whole node holds 0
+  int64_t full_by_bound = 0;    ///< bounds showed that a whole node holds 1
+  int64_t evaluated = 0;        ///< the free form was evaluated
+  int64_t evaluated_empty = 0;  ///< of those, how many hold 0
+  int64_t noise_points = 0;     ///< points at which a part of the noise was computed
+};
+
 /// Samples a cloud into a sparse fog volume "density" with background 0. Voxel (i, j, k) holds the density at
-/// world point voxel_size * (i, j, k), rounded to float; voxels of density 0 are inactive. Uses parallel_for;
+/// world point voxel_size * (i, j, k), in single precision; voxels of density 0 are inactive. Bounds of the
+/// density decide whole nodes of 128^3 to 8^3 voxels before anything is evaluated in them. Uses parallel_for;
 /// the grid is the same bit for bit whatever the number of threads. `progress` is called from one thread at a
-/// time. errors: Error(usage) where voxel_size is not positive, or so small that the grid would exceed
-/// max_voxels (the
-///         message names a size that fits) or the range of voxel indices; or so large that no voxel lies in
-///         the cloud's bounds. All are found before memory is asked for. Error(cancelled) where progress says
-///         so.
-openvdb::FloatGrid::Ptr build_cloud(const ProceduralCloud& cloud, const CloudGridOptions& options);
+/// time.
+/// errors: Error(usage) where voxel_size is negative, or so small that the grid would exceed max_voxels or
+///         max_bytes (the message names a size that fits) or the range of voxel indices; or so large that no
+///         voxel lies in the cloud's bounds. All are found before memory is asked for. Error(cancelled) where
+///         progress says so.
+openvdb::FloatGrid::Ptr build_cloud(const ProceduralCloud& cloud, const CloudGridOptions& options,
+                                    CloudBuildCounters* counters = nullptr);
 
 }  // namespace pileus

@@ -1,7 +1,13 @@
 // Building a procedural cloud into a grid, on all cores.
+#include <algorithm>
+
 #include <benchmark/benchmark.h>
 
 #include "bench/micro/fixtures.h"
+#include "lib/cloud/cloud_formula.h"
+#include "lib/core/parallel.h"
+#include "lib/freeform/shapes.h"
+#include "lib/noise/fbm.h"
 #include "vdb_io/build_cloud.h"
 #include "vdb_io/grid_to_field.h"
 #include "vdb_io/openvdb_library.h"
@@ -26,6 +32,72 @@ BENCHMARK(build)
     ->ArgName("voxels")
     ->Arg(64)
     ->Arg(128)
+    ->Unit(benchmark::kMillisecond)
+    ->UseRealTime();
+
+/// A cumulus whose bounding box has 512 voxels along each edge: what building is held to.
+const ProceduralCloud& cube_of_cumulus() {
+  static const ProceduralCloud cloud = [] {
+    CloudRecipe recipe;
+    recipe.noise.seed = 5;
+    return ProceduralCloud(recipe, ellipsoid(Vec3d(0.0), Vec3d(1.0)));
+  }();
+  return cloud;
+}
+constexpr int kCubeEdge = 512;
+constexpr double kCubeVoxelSize = 2.0 / kCubeEdge;
+
+/// What building replaces: the noise at every voxel of the box, one after the other, on one thread. Every 4th
+/// layer of every 4th column is evaluated, so that it takes seconds; an item is a voxel.
+void every_voxel(benchmark::State& state) {
+  constexpr int kStride = 4;
+  const CloudRecipe& recipe = cube_of_cumulus().recipe();
+  const Fbm billows({recipe.noise.octaves, cube_of_cumulus().noise_frequency(), recipe.noise.lacunarity,
+                     recipe.noise.gain, recipe.noise.seed});
+  const FreeForm& form = cube_of_cumulus().shape().form();
+  const CloudFormula formula(recipe);
+  double sum = 0;
+  int64_t voxels = 0;
+  for (auto _ : state) {
+    for (int x = 0; x < kCubeEdge; x += kStride) {
+      for (int y = 0; y < kCubeEdge; y += kStride) {
+        for (int z = 0; z < kCubeEdge; z += kStride, ++voxels) {
+          const Vec3d p = Vec3d(x, y, z) * kCubeVoxelSize - Vec3d(1.0);
+          const double n = std::min(1.0, billows.value(OctaveSum::billow, p));
+          sum += formula.density(formula.carved(formula.coverage(std::max(0.0, form.value(p))), n));
+        }
+      }
+    }
+  }
+  benchmark::DoNotOptimize(sum);
+  state.SetItemsProcessed(voxels);
+}
+BENCHMARK(every_voxel)->Name("cloud/every_voxel_scalar")->Unit(benchmark::kMillisecond)->UseRealTime();
+
+/// The same cloud by build_cloud; an item is a voxel of the box. The argument is the number of threads.
+void build_cube(benchmark::State& state) {
+  initialize_openvdb();
+  CloudGridOptions options;
+  options.voxel_size = kCubeVoxelSize;
+  CloudBuildCounters counters;
+  int64_t active = 0, bytes = 0;
+  for (auto _ : state) {
+    with_threads(int(state.range(0)), [&] {
+      const openvdb::FloatGrid::Ptr grid = build_cloud(cube_of_cumulus(), options, &counters);
+      active = int64_t(grid->activeVoxelCount()), bytes = int64_t(grid->memUsage());
+    });
+  }
+  state.SetItemsProcessed(counters.voxels * state.iterations());
+  state.counters["empty_by_bound"] = double(counters.empty_by_bound) / double(counters.voxels - active);
+  state.counters["noise_points"] = double(counters.noise_points) / double(counters.voxels);
+  state.counters["active"] = double(active);
+  state.counters["grid_bytes"] = double(bytes);
+}
+BENCHMARK(build_cube)
+    ->Name("cloud/build_512")
+    ->ArgName("threads")
+    ->Arg(1)
+    ->Arg(2)
     ->Unit(benchmark::kMillisecond)
     ->UseRealTime();
 

@@ -1,65 +1,60 @@
 #include "lib/cloud/procedural_cloud.h"
 
-#include <algorithm>
-#include <cmath>
+#include "lib/cloud/cloud_region.h"
 
 namespace pileus {
 
 namespace {
 
-FbmParams fitted_noise(const CloudRecipe& recipe, const Box3d& bounds) {
-  FbmParams noise = recipe.noise;
-  if (noise.frequency == 0.0) noise.frequency = CloudRecipe::kAutomaticCells / bounds.size().y;
-  return noise;
+double frequency_of(const CloudNoiseRecipe& recipe, const FreeForm& form) {
+  return recipe.frequency > 0 ? recipe.frequency : recipe.cells / form.bounds().size().y;
 }
 
-double smoothstep(double x) {
-  x = std::clamp(x, 0.0, 1.0);
-  return x * x * (3 - 2 * x);
+std::optional<CloudNoise> detail_noise(const CloudRecipe& recipe, const FreeForm& form) {
+  if (recipe.detail_erosion == 0) return std::nullopt;
+  return CloudNoise(recipe.detail, frequency_of(recipe.detail, form));
 }
 
-/// The piecewise linear function through the points, constant beyond the first and the last.
-double interpolate(const std::vector<Vec2d>& points, double x) {
-  const auto after = std::upper_bound(points.begin(), points.end(), x,
-                                      [](double value, const Vec2d& point) { return value < point.x; });
-  if (after == points.begin()) return points.front().y;
-  if (after == points.end()) return points.back().y;
-  const Vec2d &a = *(after - 1), &b = *after;
-  return a.y + (b.y - a.y) * ((x - a.x) / (b.x - a.x));
+std::shared_ptr<const PictureMap> picture_map(const PictureMapRecipe& recipe, const Box3d& box) {
+  return recipe.is_used() ? std::make_shared<const PictureMap>(recipe, box) : nullptr;
 }
 
 }  // namespace
 
 ProceduralCloud::ProceduralCloud(const CloudRecipe& recipe, const FreeForm& form)
-    : m_recipe(recipe), m_form(form), m_bounds(form.bounds()), m_billows(fitted_noise(recipe, m_bounds)) {}
+    : m_recipe(recipe),
+      m_shape(recipe, form),
+      m_formula(recipe),
+      m_height_profile(recipe.height_profile),
+      m_density_profile(recipe.density_profile),
+      m_noise(recipe.noise, frequency_of(recipe.noise, form)),
+      m_detail(detail_noise(recipe, form)),
+      m_coverage_map(picture_map(recipe.coverage_map, m_shape.bounds())),
+      m_texture(picture_map(recipe.texture, m_shape.bounds())) {}
 
 double ProceduralCloud::density(const Vec3d& p_world) const {
-  const double f = m_form.value(p_world);
+  const double f = m_shape.form().value(m_shape.form_point(p_world));
   if (!(f > 0)) return 0;  // also where a coordinate is not finite
-  const double cover = coverage(f, height_factor(p_world.y));
-  if (cover <= m_recipe.threshold) return 0;  // noise only takes away
-  const double valley = 1 - std::min(1.0, m_billows.value(OctaveSum::billow, p_world));
-  return remapped(cover - m_recipe.erosion * valley * valley);
+  const double height = m_shape.relative_height(p_world.y);
+  double coverage = m_formula.coverage(f) * m_height_profile.value(height);
+  if (m_coverage_map) coverage *= m_coverage_map->value(p_world);
+  if (coverage <= m_recipe.threshold) return 0;  // noise only takes away
+  double rho = m_formula.density(frayed(coverage, p_world)) * m_density_profile.value(height);
+  if (m_texture) rho *= m_texture->value(p_world);
+  return rho;
 }
 
-bool ProceduralCloud::is_empty(const Box3d& box_world) const {
-  const double f = m_form.upper_bound(box_world);
-  return !(f > 0) || coverage(f, 1) <= m_recipe.threshold;
+double ProceduralCloud::noise_frequency() const {
+  return frequency_of(m_recipe.noise, m_shape.form());
 }
 
-double ProceduralCloud::height_factor(double y_world) const {
-  const double height = (y_world - m_bounds.min.y) / (m_bounds.max.y - m_bounds.min.y);
-  return interpolate(m_recipe.height_profile, height);
+double ProceduralCloud::frayed(double coverage, const Vec3d& p_world) const {
+  const double carved = m_formula.carved(coverage, m_noise.value(p_world));
+  return m_detail ? m_formula.frayed(carved, m_detail->value(p_world)) : carved;
 }
 
-double ProceduralCloud::coverage(double f, double factor) const {
-  const double depth = 1 - std::sqrt(std::max(0.0, 1 - f));
-  return factor * smoothstep(depth / m_recipe.edge);
-}
-
-double ProceduralCloud::remapped(double carved) const {
-  const double theta = m_recipe.threshold;
-  return std::min(1.0, m_recipe.sharpness * std::max(0.0, (carved - theta) / (1 - theta)));
+Interval ProceduralCloud::range(const Box3d& box_world) const {
+  return CloudRegion(*this, box_world).range();
 }
 
 }  // namespace pileus

@@ -1,43 +1,64 @@
 #pragma once
 
+#include <memory>
+#include <optional>
+
+#include "lib/cloud/cloud_formula.h"
+#include "lib/cloud/cloud_noise.h"
 #include "lib/cloud/cloud_recipe.h"
+#include "lib/cloud/cloud_shape.h"
+#include "lib/cloud/picture_map.h"
+#include "lib/cloud/profile.h"
 #include "lib/freeform/free_form.h"
+#include "lib/math/interval.h"
 #include "lib/math/vec.h"
-#include "lib/noise/fbm.h"
 
 namespace pileus {
 
-/// A cloud as a pure function of space. With f the free form, h the relative height in its bounds and b the
-/// billows of the noise (lib/noise/fbm.h):
-///   depth    = 1 - sqrt(1 - f)                     0 on the surface, 1 in the centre of an ellipsoid
-///   coverage = smoothstep(depth / edge) * height_profile(h)
-///   carved   = coverage - erosion * (1 - b)²       the noise moves the boundary instead of fading it
-///   rho      = min(1, sharpness * max(0, (carved - threshold) / (1 - threshold)))
-/// rho is continuous, 0 outside the free form and on its surface, and at most 1. (METHODS §9.1 for the
-/// remap.) threads: const, safe from many threads
+/// A cloud as a pure function of space: rho(p) by CloudFormula from
+///   f        the free form at the point that CloudShape makes of p
+///   factors  height_profile at the relative height, times the coverage map
+///   n, d     the noises of the recipe (CloudNoise)
+/// times density_profile and texture. rho is 0 outside the shape and on its surface, and at most 1; it is
+/// continuous unless the falloff is hard. (Combined 2019, "clouds"; Amorphous 2015, "Texture".)
+/// threads: const, safe from many threads
 class ProceduralCloud {
  public:
   /// The recipe has passed its checks; the free form has finite bounds.
+  /// errors: as PictureMap, where the recipe names pictures
   ProceduralCloud(const CloudRecipe& recipe, const FreeForm& form);
 
   /// rho at a point of world space [1], 0 <= rho <= 1; 0 where a coordinate is not finite.
   double density(const Vec3d& p_world) const;
 
+  /// Bounds of the density in a box, for densities in single precision (CloudRegion) too.
+  Interval range(const Box3d& box_world) const;
+
   /// True only where the density is 0 in the whole box: certain, but not complete.
-  bool is_empty(const Box3d& box_world) const;
+  bool is_empty(const Box3d& box_world) const { return range(box_world).hi == 0; }
 
   /// World-space box that holds every point with rho > 0 [m].
-  const Box3d& bounds() const { return m_bounds; }
+  const Box3d& bounds() const { return m_shape.bounds(); }
+
+  const CloudRecipe& recipe() const { return m_recipe; }
+  const CloudShape& shape() const { return m_shape; }
+  const PictureMap* texture() const { return m_texture.get(); }
+
+  /// Of the coarsest noise [1/m].
+  double noise_frequency() const;
 
  private:
-  double height_factor(double y_world) const;
-  double coverage(double f, double factor) const;
-  double remapped(double carved) const;
+  friend class CloudRegion;
+
+  double frayed(double coverage, const Vec3d& p_world) const;
 
   CloudRecipe m_recipe;
-  FreeForm m_form;
-  Box3d m_bounds;
-  Fbm m_billows;
+  CloudShape m_shape;
+  CloudFormula m_formula;
+  Profile m_height_profile, m_density_profile;
+  CloudNoise m_noise;
+  std::optional<CloudNoise> m_detail;
+  std::shared_ptr<const PictureMap> m_coverage_map, m_texture;
 };
 
 }  // namespace pileus

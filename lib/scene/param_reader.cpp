@@ -72,6 +72,24 @@ std::string alternatives(std::string_view found, const std::vector<std::string>&
   return fmt::format("expected {}{}", join_or(names), nearest.empty() ? "" : "; nearest: " + nearest);
 }
 
+/// The plugin's parameters. One that is called "preset" chooses the defaults of the others: where the scene
+/// gives it, it is set first, and the plugin describes itself once more.
+ParamTable described(Plugin& plugin, const toml::table& table) {
+  ParamTable params;
+  plugin.describe(params);
+  const auto preset = std::find_if(params.params().begin(), params.params().end(),
+                                   [](const Param& param) { return param.name == "preset"; });
+  const auto name = table["preset"].value<std::string>();
+  if (preset == params.params().end() || !name) return params;
+  const auto& choices = preset->choices;
+  if (std::find(choices.begin(), choices.end(), *name) == choices.end())
+    return params;  // read() will complain
+  *std::get<std::string*>(preset->target) = *name;
+  ParamTable anew;
+  plugin.describe(anew);
+  return anew;
+}
+
 }  // namespace
 
 std::string describe_node(const toml::node& node) {
@@ -291,8 +309,7 @@ std::shared_ptr<Plugin> ParamReader::make_plugin(const std::string& kind, const 
       node.is_table() && owner.find(kind) == 0 ? owner : fmt::format("{}: {}", owner, kind);
   static const toml::table no_parameters;
   const size_t problems_before = m_problems.size();
-  ParamTable params;
-  plugin->describe(params);
+  ParamTable params = described(*plugin, table ? *table : no_parameters);
   read(table ? *table : no_parameters, params, self, {"type"});
   if (m_problems.size() != problems_before) return nullptr;  // commit() may rely on valid values
   std::vector<std::string> complaints;

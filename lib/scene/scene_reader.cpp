@@ -3,8 +3,10 @@
 #include <iterator>
 #include <sstream>
 
+#include "lib/scene/animation.h"
 #include "lib/scene/free_form_recipe.h"
 #include "lib/scene/key_depth.h"
+#include "lib/scene/keyframes.h"
 #include "lib/scene/param_reader.h"
 #include "lib/scene/scene.h"
 
@@ -304,19 +306,33 @@ std::string read_text(const std::filesystem::path& file) {
 }  // namespace
 
 Scene parse_scene(std::string_view text, const std::string& name, const std::filesystem::path& folder,
-                  const std::vector<std::string>& overrides) {
+                  const std::vector<std::string>& overrides, double frame) {
   toml::table root = parse_toml(text, name);
   for (const std::string& assignment : overrides) apply_override(root, assignment);
+  std::vector<Diagnostic> problems = resolve_keyframes(root, frame, name);
+  if (!problems.empty()) throw Error(ErrorKind::scene, std::move(problems));
   Scene scene = SceneReader(root, name, folder).read();
   scene.file = name;
+  for (auto& [form_name, form] : scene.freeforms) {
+    if (form.changes_over_time()) form = form.at(frame);
+  }
   std::ostringstream canonical;
   canonical << root;
   scene.hash = hash_text(canonical.str());
   return scene;
 }
 
+Scene parse_scene(std::string_view text, const std::string& name, const std::filesystem::path& folder,
+                  const std::vector<std::string>& overrides) {
+  return parse_scene(text, name, folder, overrides, 0.0);
+}
+
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  return parse_scene(read_text(file), file.string(), file.parent_path(), overrides);
+  return load_scene(file, overrides, 0.0);
+}
+
+Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides, double frame) {
+  return parse_scene(read_text(file), file.string(), file.parent_path(), overrides, frame);
 }
 
 }  // namespace pileus

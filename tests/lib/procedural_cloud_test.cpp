@@ -12,6 +12,7 @@
 #include "lib/core/param_table.h"
 #include "lib/freeform/shapes.h"
 #include "lib/math/affine.h"
+#include "lib/noise/fbm.h"
 
 namespace pileus {
 namespace {
@@ -38,15 +39,17 @@ TEST(CloudRecipe, defaults_are_within_their_ranges_and_pass_the_check) {
 }
 
 TEST(CloudRecipe, refuses_bad_height_profiles) {
-  EXPECT_EQ(problems_of({}),
-            (std::vector<std::string>{
-                "height_profile is empty; expected at least one [relative height, fullness]"}));
+  EXPECT_EQ(
+      problems_of({}),
+      (std::vector<std::string>{"height_profile is empty; expected at least one [relative height, value]"}));
   EXPECT_EQ(problems_of({{0, 0}, {0.5, 1}, {0.25, 1}}),
             (std::vector<std::string>{
                 "height_profile has the height 0.25 after 0.5; expected heights that increase"}));
   EXPECT_EQ(problems_of({{0.5, 0}, {0.5, 1}}).size(), 1u) << "a jump would break the continuity";
   EXPECT_EQ(problems_of({{-0.1, 0}}),
-            (std::vector<std::string>{"height_profile point 1 is [-0.1, 0]; expected both from 0 to 1"}));
+            (std::vector<std::string>{
+                "height_profile point 1 is [-0.1, 0]; expected a height from 0 to 1 and a value from "
+                "0 to 1"}));
   EXPECT_EQ(problems_of({{0, std::nan("")}}).size(), 1u);
   EXPECT_FALSE(problems_of({{std::nan(""), 0}, {1, 0}}).empty());
   EXPECT_TRUE(problems_of({{0.5, 1}}).empty()) << "one point is a constant";
@@ -69,7 +72,8 @@ TEST(ProceduralCloud, agrees_with_its_definition) {
   recipe.noise.frequency = 0.7;
   recipe.height_profile = {{0, 1}, {1, 1}};
   const ProceduralCloud cloud(recipe, blob());
-  const Fbm billows(recipe.noise);
+  const Fbm billows({recipe.noise.octaves, recipe.noise.frequency, recipe.noise.lacunarity, recipe.noise.gain,
+                     recipe.noise.seed});
   std::mt19937_64 random(9);
   std::uniform_real_distribution<double> coordinate(-1, 1);
   int between = 0;

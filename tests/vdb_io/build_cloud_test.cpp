@@ -1,5 +1,6 @@
 #include "vdb_io/build_cloud.h"
 
+#include <array>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -8,9 +9,11 @@
 
 #include <gtest/gtest.h>
 
+#include "lib/cloud/cloud_region.h"
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
 #include "lib/freeform/shapes.h"
+#include "tests/fixtures/random_clouds.h"
 
 namespace pileus {
 namespace {
@@ -46,11 +49,11 @@ TEST(BuildCloud, holds_the_recipe_at_every_voxel) {
   for (int x = -31; x <= 35; ++x) {
     for (int y = -1; y <= 33; ++y) {
       for (int z = -25; z <= 23; ++z) {
-        const float expected = float(cloud.density(voxel_size * Vec3d(x, y, z)));
+        const double expected = cloud.density(voxel_size * Vec3d(x, y, z));
         const openvdb::Coord voxel(x, y, z);
-        ASSERT_EQ(accessor.getValue(voxel), expected);
-        ASSERT_EQ(accessor.isValueOn(voxel), expected > 0);
-        inside += expected > 0;
+        ASSERT_NEAR(accessor.getValue(voxel), expected, 1e-3);
+        ASSERT_EQ(accessor.isValueOn(voxel), accessor.getValue(voxel) > 0);
+        inside += accessor.isValueOn(voxel);
       }
     }
   }
@@ -103,11 +106,83 @@ TEST(BuildCloud, refuses_a_grid_over_the_budget_and_names_a_voxel_size_that_fits
 }
 
 TEST(BuildCloud, refuses_voxel_sizes_that_are_none) {
-  for (const double voxel_size : {0.0, -1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
+  for (const double voxel_size : {-1.0, std::nan(""), std::numeric_limits<double>::infinity()}) {
     EXPECT_NE(refusal(small_cloud(), voxels_of(voxel_size)).find("expected a finite length > 0"),
               std::string::npos);
   }
   EXPECT_NE(refusal(small_cloud(), voxels_of(5e-324)), "");
+}
+
+/// The grid as it comes out where nothing is decided by bounds.
+openvdb::FloatGrid::Ptr built_without_bounds(const ProceduralCloud& cloud, double voxel_size) {
+  const auto grid = openvdb::FloatGrid::create(0.0f);
+  const CloudRegion whole(cloud, cloud.bounds());
+  const auto first = [&](int axis) { return int(std::floor(cloud.bounds().min[axis] / voxel_size / 8)) * 8; };
+  std::array<float, 512> rho;
+  for (int x = first(0); x * voxel_size <= cloud.bounds().max.x; x += 8) {
+    for (int y = first(1); y * voxel_size <= cloud.bounds().max.y; y += 8) {
+      for (int z = first(2); z * voxel_size <= cloud.bounds().max.z; z += 8) {
+        openvdb::FloatTree::LeafNodeType leaf({x, y, z}, 0.0f);
+        const Box3d box(voxel_size * Vec3d(x, y, z), voxel_size * Vec3d(x + 7, y + 7, z + 7));
+        CloudRegion(cloud, box).densities({box.min, Vec3d(voxel_size), Vec3i(8)}, rho);
+        for (openvdb::Index i = 0; i < 512; ++i) {
+          if (rho[i] > 0) grid->tree().setValue(leaf.offsetToGlobalCoord(i), rho[i]);
+        }
+      }
+    }
+  }
+  return grid;
+}
+
+TEST(BuildCloud, bounds_change_no_voxel) {
+  RandomClouds random(31);
+  for (int n = 0; n < 12; ++n) {
+    const ProceduralCloud cloud(random.tame_recipe(), random.cloud_form());
+    const double voxel_size = cloud.bounds().size().length() / 60;
+    const auto grid = build_cloud(cloud, voxels_of(voxel_size));
+    const auto expected = built_without_bounds(cloud, voxel_size);
+    ASSERT_EQ(grid->activeVoxelCount(), expected->activeVoxelCount());
+    const auto accessor = grid->getConstAccessor();
+    for (auto voxel = expected->cbeginValueOn(); voxel; ++voxel) {
+      ASSERT_EQ(accessor.getValue(voxel.getCoord()), *voxel);
+    }
+  }
+}
+
+TEST(BuildCloud, bounds_decide_nine_of_ten_empty_voxels) {
+  const ProceduralCloud cloud = small_cloud();
+  CloudBuildCounters counters;
+  const auto grid = build_cloud(cloud, voxels_of(cloud.bounds().size().x / 512), &counters);
+  const int64_t empty = counters.voxels - int64_t(grid->activeVoxelCount());
+  EXPECT_EQ(counters.empty_by_bound + counters.full_by_bound + counters.evaluated, counters.voxels);
+  EXPECT_EQ(counters.empty_by_bound + counters.evaluated_empty, empty);
+  EXPECT_GE(double(counters.empty_by_bound), 0.9 * double(empty))
+      << counters.empty_by_bound << " of " << empty << ", " << counters.noise_points << " points of noise";
+}
+
+TEST(BuildCloud, keeps_to_a_number_of_voxels_or_bytes) {
+  const ProceduralCloud cloud = small_cloud();
+  CloudGridOptions options;
+  options.max_voxels = 1'000'000;
+  const auto by_voxels = build_cloud(cloud, options);
+  const Vec3d size = cloud.bounds().size() / by_voxels->voxelSize().x();
+  EXPECT_LT(size.x * size.y * size.z, 1.05e6);
+  EXPECT_GT(size.x * size.y * size.z, 0.8e6);
+
+  options = {};
+  options.max_bytes = 3'000'000;
+  const auto by_bytes = build_cloud(cloud, options);
+  EXPECT_LE(by_bytes->memUsage(), 3'000'000u);
+  EXPECT_GT(by_bytes->memUsage(), 1'200'000u);
+
+  options = voxels_of(0.01);
+  options.max_bytes = 3'000'000;
+  EXPECT_NE(
+      refusal(cloud, options).find("expected at most 3000000 (max_bytes); nearest voxel_size that fits"),
+      std::string::npos);
+  options = {};
+  options.max_bytes = 1000;
+  EXPECT_NE(refusal(cloud, options).find("no grid is that small"), std::string::npos);
 }
 
 TEST(BuildCloud, refuses_voxels_so_large_that_none_is_inside) {
@@ -124,7 +199,7 @@ TEST(BuildCloud, refuses_what_is_too_far_out_or_has_no_size) {
 }
 
 TEST(BuildCloud, reports_progress_that_rises_to_one) {
-  CloudGridOptions options = voxels_of(0.1);
+  CloudGridOptions options = voxels_of(0.04);
   std::vector<double> shares;
   options.progress = [&](double share) {
     shares.push_back(share);

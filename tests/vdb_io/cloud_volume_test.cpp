@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "lib/cloud/cloud_presets.h"
 #include "lib/core/error.h"
 #include "lib/scene/scene.h"
 #include "vdb_io/volumes/cloud.h"
@@ -49,7 +50,7 @@ TEST(CloudVolume, its_grid_is_there_for_exporters) {
   const Scene scene = scene_with_cloud("bounds = \"blob\"\nvoxel_size = 0.1\n");
   const auto cloud = std::dynamic_pointer_cast<const CloudVolume>(scene.volumes.at(0).object);
   ASSERT_TRUE(cloud);
-  EXPECT_GT(cloud->build_grid(scene.freeforms, {})->activeVoxelCount(), 5000u);
+  EXPECT_GT(build_cloud(cloud->cloud(scene.freeforms), cloud->grid_options())->activeVoxelCount(), 5000u);
 }
 
 TEST(CloudVolume, reads_its_recipe) {
@@ -65,11 +66,38 @@ TEST(CloudVolume, reads_its_recipe) {
   EXPECT_EQ(cloud->recipe.height_profile, (std::vector<Vec2d>{{0, 0}, {0.15, 1}, {1, 0}}));
 }
 
+TEST(CloudVolume, a_preset_sets_defaults_that_others_override_wherever_they_stand) {
+  const Scene scene = scene_with_cloud(
+      "bounds = \"blob\"\nvoxel_size = 0.1\nedge = 0.25\nnoise = { octaves = 3 }\npreset = \"cirrus\"\n");
+  const auto cloud = std::dynamic_pointer_cast<const CloudVolume>(scene.volumes.at(0).object);
+  ASSERT_TRUE(cloud);
+  const CloudRecipe cirrus = cloud_preset("cirrus");
+  EXPECT_EQ(cloud->recipe.preset, "cirrus");
+  EXPECT_EQ(cloud->recipe.edge, 0.25);
+  EXPECT_EQ(cloud->recipe.noise.octaves, 3);
+  EXPECT_EQ(cloud->recipe.noise.type, cirrus.noise.type);
+  EXPECT_EQ(cloud->recipe.sharpness, cirrus.sharpness);
+}
+
+TEST(CloudVolume, the_voxel_size_may_follow_from_a_limit) {
+  const Scene scene = scene_with_cloud("bounds = \"blob\"\nmax_voxels = 30000\n");
+  const auto cloud = std::dynamic_pointer_cast<const CloudVolume>(scene.volumes.at(0).object);
+  ASSERT_TRUE(cloud);
+  EXPECT_NEAR(build_cloud(cloud->cloud(scene.freeforms), cloud->grid_options())->voxelSize().x(), 0.141,
+              0.01);
+}
+
 TEST(CloudVolume, refuses_bad_recipes) {
   const std::string valid = "bounds = \"blob\"\nvoxel_size = 0.1\n";
   EXPECT_EQ(refusal(valid), "");
   EXPECT_NE(refusal("bounds = \"blob\"\n").find("voxel_size"), std::string::npos);
-  EXPECT_NE(refusal("bounds = \"blob\"\nvoxel_size = 0\n").find("voxel_size"), std::string::npos);
+  EXPECT_NE(refusal("bounds = \"blob\"\nvoxel_size = 0\n").find("voxel_size is missing"), std::string::npos);
+  EXPECT_NE(refusal("bounds = \"blob\"\nvoxel_size = -1\n").find("voxel_size"), std::string::npos);
+  EXPECT_NE(refusal(valid + "preset = \"cirus\"\n").find("nearest: cirrus"), std::string::npos);
+  EXPECT_NE(refusal(valid + "shear = [1, 1, 0]\n").find("expected 0 along y"), std::string::npos);
+  EXPECT_NE(refusal(valid + "width_profile = [[0, 0]]\n").find("width_profile point 1"), std::string::npos);
+  EXPECT_NE(refusal(valid + "texture = { file = \"a.png\", black = 1 }\n").find("expected black < white"),
+            std::string::npos);
   EXPECT_NE(refusal("bounds = \"blub\"\nvoxel_size = 0.1\n").find("nearest: blob"), std::string::npos);
   EXPECT_NE(refusal(valid + "height_profile = []\n").find("height_profile is empty"), std::string::npos);
   EXPECT_NE(refusal(valid + "height_profile = [[1, 0], [0, 1]]\n").find("heights that increase"),

@@ -34,7 +34,7 @@
 
 #include <fmt/format.h>
 
-#include "lib/cloud/procedural_cloud.h"
+#include "lib/cloud/cloud_presets.h"
 #include "lib/core/error.h"
 #include "lib/freeform/free_form.h"
 #include "lib/math/affine.h"
@@ -60,24 +60,46 @@ const FreeForm& find_free_form(const FreeForms& freeforms, const std::string& na
 }  // namespace
 
 void CloudVolume::describe_density(ParamTable& params) {
-  params.reference("bounds", bounds, "freeform", "the free form that holds the cloud").required();
-  params.number("voxel_size", voxel_size, "m", "edge of a voxel").above(0).required();
-  params.integer("max_voxels", max_voxels, "allowed in the bounding box; 4 bytes each at worst").at_least(1);
+  params.reference("bounds", bounds, "freeform",
+                   "the free form that holds the cloud; without it the preset has one");
+  params.vector("center", center, "m", "middle of the preset's free form");
+  params.vector("size", size, "m", "width, height and depth of the preset's free form").at_least(0);
+  params.number("voxel_size", voxel_size, "m", "edge of a voxel; 0: as small as the limits allow")
+      .at_least(0);
+  params.integer("max_voxels", max_voxels, "allowed in the bounding box; 0: 2^29").at_least(0);
+  params.number("max_bytes", max_bytes, "bytes", "allowed for the grid in memory; 0: no limit")
+      .at_least(0)
+      .at_most(1e15);
   recipe.describe(params);
+  fields.describe(params);
 }
 
 void CloudVolume::commit(std::vector<std::string>& problems) {
   recipe.check(problems);
+  const bool has_size = size.x > 0 && size.y > 0 && size.z > 0;
+  if (bounds.empty() && !has_size) {
+    problems.push_back(
+        "neither bounds nor size is given; expected the name of a free form, or the size of the preset's "
+        "own");
+  }
+  if (!bounds.empty() && has_size) problems.push_back("both bounds and size are given; expected one of them");
+  if (voxel_size == 0 && max_voxels == 0 && max_bytes == 0) {
+    problems.push_back(
+        "voxel_size is missing; expected a length, or a limit to choose it by: max_voxels or max_bytes");
+  }
 }
 
 std::shared_ptr<const DensityField> CloudVolume::build(const FreeForms& freeforms) const {
-  return field_from_grid(build_grid(freeforms, {}), Affine());
+  return field_from_grid(build_cloud(cloud(freeforms), grid_options()), Affine());
 }
 
-openvdb::FloatGrid::Ptr CloudVolume::build_grid(const FreeForms& freeforms,
-                                                std::function<bool(double)> progress) const {
-  const ProceduralCloud cloud(recipe, find_free_form(freeforms, bounds));
-  return build_cloud(cloud, {voxel_size, max_voxels, std::move(progress)});
+ProceduralCloud CloudVolume::cloud(const FreeForms& freeforms) const {
+  return {recipe, bounds.empty() ? cloud_preset_form(recipe.preset, center, size)
+                                 : find_free_form(freeforms, bounds)};
+}
+
+CloudGridOptions CloudVolume::grid_options() const {
+  return {voxel_size, max_voxels > 0 ? max_voxels : kMaxVoxels, int64_t(max_bytes), {}};
 }
 
 PILEUS_PLUGIN(Medium, cloud, CloudVolume, "procedural cloud that billows inside a free form")

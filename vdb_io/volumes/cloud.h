@@ -1,31 +1,39 @@
 #pragma once
 
-#include <functional>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <vector>
 
-#include <openvdb/openvdb.h>
-
-#include "lib/cloud/cloud_recipe.h"
+#include "lib/cloud/cloud_fields.h"
+#include "lib/cloud/procedural_cloud.h"
 #include "lib/scene/medium.h"
+#include "vdb_io/build_cloud.h"
 
 namespace pileus {
 
 /// The volume `cloud`, in a header of its own for those who want its grid: `pileus cloud`.
 struct CloudVolume final : Medium {
-  std::string bounds;  ///< name of the free form
+  std::string bounds;                                ///< name of the free form; "": that of the preset
+  Vec3d center{0.0, 0.0, 0.0}, size{0.0, 0.0, 0.0};  ///< of the preset's free form [m]
   double voxel_size = 0.0;
-  int max_voxels = 1 << 29;
+  int max_voxels = 0;  ///< 0: kMaxVoxels
+  double max_bytes = 0.0;
   CloudRecipe recipe;
+  CloudFieldsRecipe fields;
+
+  static constexpr int64_t kMaxVoxels = int64_t(1) << 29;
 
   void describe_density(ParamTable& params) override;
   void commit(std::vector<std::string>& problems) override;
   bool is_grid() const override { return true; }
   std::shared_ptr<const DensityField> build(const FreeForms& freeforms) const override;
 
-  /// The cloud as a grid in world space. progress as in CloudGridOptions. Throws Error.
-  openvdb::FloatGrid::Ptr build_grid(const FreeForms& freeforms, std::function<bool(double)> progress) const;
+  /// The cloud as a function of space. Throws Error.
+  ProceduralCloud cloud(const FreeForms& freeforms) const;
+
+  /// How it is made into a grid in world space.
+  CloudGridOptions grid_options() const;
 };
 
 }  // namespace pileus

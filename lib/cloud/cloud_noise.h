@@ -1,0 +1,74 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "lib/cloud/cloud_recipe.h"
+#include "lib/freeform/local_form.h"
+#include "lib/math/interval.h"
+#include "lib/math/vec.h"
+#include "lib/noise/fbm.h"
+#include "lib/noise/octave_sum.h"
+#include "lib/noise/perlin.h"
+
+namespace pileus {
+
+/// The noise of a cloud: n(p), 0 .. 1, from a sum of octaves s(q) at q = (p - offset) / stretch + warp:
+///   billow  n = min(1, s),  fbm  n = clamp(1/2 + s),  ridged  n = s
+/// n rises with s, so that bounds of the sum are bounds of n, and octaves that are still missing bound what
+/// it can become. The octaves are those of Fbm, but that evolution displaces each in a direction of its own.
+/// threads: const, safe from many threads
+class CloudNoise {
+ public:
+  /// frequency: of the first octave [1/m], in the place of the recipe's
+  CloudNoise(const CloudNoiseRecipe& recipe, double frequency);
+
+  /// n at a point of world space.
+  double value(const Vec3d& p_world) const { return level(sum(p_world)); }
+
+  /// Bounds of n over a box, for what octave_sums gives too.
+  Interval range(const Box3d& box_world) const;
+
+  // The sum bit by bit.
+
+  size_t octaves() const { return m_octaves.size(); }
+
+  /// Bounds of octave i in a box of world space.
+  Interval octave_range(size_t i, const Box3d& box_world) const;
+
+  /// Bounds of all octaves from i on, anywhere. They hold 0.
+  const Interval& rest(size_t i) const { return m_rests[i]; }
+
+  /// Puts octaves [first, last) at the points of a lattice into `sums`, in single precision.
+  void octave_sums(size_t first, size_t last, const PointLattice& points, std::span<float> sums) const;
+
+  /// n for a whole sum.
+  template <class T>
+  T level(T sum) const {
+    const T shifted = sum + T(m_base);
+    return shifted < T(0) ? T(0) : shifted > T(1) ? T(1) : shifted;
+  }
+  Interval level(const Interval& sum) const { return {level(sum.lo), level(sum.hi)}; }
+
+ private:
+  double sum(const Vec3d& p_world) const;
+  Vec3d pattern_point(const Vec3d& p_world) const;  ///< q
+  Vec3d warp(const Vec3d& q) const;
+  Box3d pattern_box(const Box3d& box_world) const;
+
+  /// Octaves at the points of a lattice, none of it stretched, moved or warped.
+  void lattice_sums(OctaveSum kind, std::span<const NoiseOctave> octaves, const PointLattice& points,
+                    std::span<float> sums) const;
+  std::vector<Vec3d> warped_points(const PointLattice& still) const;
+
+  OctaveSum m_kind;
+  PerlinNoise m_noise;
+  std::vector<NoiseOctave> m_octaves;
+  std::vector<Interval> m_rests;
+  double m_base;
+  Vec3d m_offset, m_stretch;
+  double m_warp;            ///< [m of q]
+  double m_warp_frequency;  ///< [1/m of q]
+};
+
+}  // namespace pileus

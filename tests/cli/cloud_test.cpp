@@ -1,0 +1,87 @@
+// pileus cloud: grids, limits, sequences.
+#include <string>
+
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "tests/cli/program.h"
+
+namespace pileus {
+namespace {
+
+/// A cloud of some thousand voxels that drifts.
+constexpr const char* kCloud = R"(pileus = 1
+[camera]
+type = "perspective"
+[volume.puff]
+type = "cloud"
+size = [3, 2, 3]
+voxel_size = 0.1
+noise = { offset = { times = [1, 3], values = [[0, 0, 0], [1, 0, 0]] } }
+)";
+
+struct CloudProgram : testing::Test, ProgramTest {
+  std::string output(const std::vector<std::string>& arguments) const {
+    const ProgramOutcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.out;
+  }
+};
+
+TEST_F(CloudProgram, writes_a_file_for_each_frame_and_goes_on_where_it_stopped) {
+  write("cloud.toml", kCloud);
+  output({"cloud", "cloud.toml", "-o", "puff.%04d.vdb", "--frames", "1-3"});
+  const std::string first = read_file(folder / "puff.0001.vdb"), second = read_file(folder / "puff.0002.vdb");
+  EXPECT_NE(first, "");
+  EXPECT_NE(first, second) << "the noise drifts";
+  EXPECT_TRUE(std::filesystem::exists(folder / "puff.0003.vdb"));
+
+  std::filesystem::remove(folder / "puff.0002.vdb");
+  write("puff.0003.vdb", "left alone");
+  output({"cloud", "cloud.toml", "-o", "puff.%04d.vdb", "--frames", "1-3", "--resume"});
+  EXPECT_EQ(read_file(folder / "puff.0002.vdb"), second);
+  EXPECT_EQ(read_file(folder / "puff.0003.vdb"), "left alone");
+
+  output({"cloud", "cloud.toml", "-o", "one.vdb", "--frame", "2"});
+  EXPECT_EQ(read_file(folder / "one.vdb"), second);
+}
+
+TEST_F(CloudProgram, writes_the_same_bytes_with_one_and_two_threads) {
+  write("cloud.toml", kCloud);
+  for (const std::string threads : {"1", "2"}) {
+    output(
+        {"cloud", "cloud.toml", "-o", threads + ".vdb", "--threads", threads, "--grids", "density,vel,Cd"});
+  }
+  EXPECT_NE(read_file(folder / "1.vdb"), "");
+  EXPECT_EQ(read_file(folder / "1.vdb"), read_file(folder / "2.vdb"));
+}
+
+TEST_F(CloudProgram, writes_further_grids) {
+  write("cloud.toml", kCloud);
+  output({"cloud", "cloud.toml", "-o", "all.vdb", "--grids", "density,temperature,Cd,vel"});
+  const auto json = nlohmann::json::parse(output({"info", "all.vdb", "--json"}));
+  ASSERT_EQ(json.at("grids").size(), 4u);
+  for (const auto& grid : json.at("grids"))
+    EXPECT_EQ(grid.at("active_voxels"), json.at("grids")[0].at("active_voxels"));
+  const ProgramOutcome unknown = run({"cloud", "cloud.toml", "-o", "a.vdb", "--grids", "densty"});
+  EXPECT_EQ(unknown.exit_code, 2);
+}
+
+TEST_F(CloudProgram, keeps_to_limits) {
+  write("cloud.toml", kCloud);
+  EXPECT_NE(output({"cloud", "cloud.toml", "-o", "a.vdb", "--max-voxels", "100000"}).find("of 0.056 m"),
+            std::string::npos);
+  EXPECT_NE(output({"cloud", "cloud.toml", "-o", "b.vdb", "--max-bytes", "4MB"}), "");
+}
+
+TEST_F(CloudProgram, refuses_sequences_that_make_no_sense) {
+  write("cloud.toml", kCloud);
+  EXPECT_EQ(run({"cloud", "cloud.toml", "-o", "a.%04d.vdb"}).exit_code, 2);
+  EXPECT_EQ(run({"cloud", "cloud.toml", "-o", "a.vdb", "--frames", "1-3"}).exit_code, 2);
+  EXPECT_EQ(run({"cloud", "cloud.toml", "-o", "a.vdb", "--resume"}).exit_code, 2);
+  EXPECT_EQ(run({"cloud", "cloud.toml", "-o", "a.%04d.vdb", "--frames", "3-1"}).exit_code, 2);
+  EXPECT_EQ(folder.file_count(), 1u) << "nothing but the recipe";
+}
+
+}  // namespace
+}  // namespace pileus
