@@ -2,10 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 #include <span>
-#include <vector>
 
 #include "lib/freeform/form_bounds.h"
 #include "lib/freeform/form_program.h"
@@ -111,129 +109,17 @@ struct RayAlgebra {
   }
 };
 
-/// One ray, its parameter counted from the middle of a segment: nothing is lost where the ray starts far
-/// away.
-class RaySolver {
- public:
-  RaySolver(const FreeForm& form, const Ray& ray, const Segment& segment)
-      : m_program(form.program()),
-        m_middle(0.5 * segment.t0 + 0.5 * segment.t1),
-        m_half(0.5 * segment.length()),
-        m_o(ray.at(m_middle)),
-        m_d(ray.d) {}
-
-  RayRange range() const { return range(m_program.root(), {-m_half, m_half}); }
-
-  Segments inside() const {
-    Segments result;
-    for (const Segment& part : inside(m_program.root())) {
-      const auto absolute_t = [&](double t) { return m_middle + t; };
-      append(result, {absolute_t(part.t0), absolute_t(part.t1)});
-    }
-    return result;
-  }
-
- private:
-  RayRange range(int index, const Interval& t) const {
-    return evaluate(m_program, index, RayAlgebra{m_o, m_d, t});
-  }
-  double f(int index, double t) const { return evaluate_at(m_program, index, m_o + t * m_d); }
-
-  Segments inside(int index) const {
-    const FormNode& node = m_program.nodes[size_t(index)];
-    if (node.kind != FormNode::Kind::joined || !node.blend.is_sharp()) return solve(index);
-    const Segments a = inside(node.a), b = inside(node.b);
-    switch (node.join) {
-      case Join::unite:
-        return unite(a, b);
-      case Join::intersect:
-        return intersect(a, b);
-      case Join::subtract:
-        return subtract(a, b);
-    }
-    return {};
-  }
-
-  /// A stretch to look at, and how wide the bounds were over the one that it is half of.
-  struct Piece {
-    Interval t;
-    double width_before;
-  };
-
-  Segments solve(int index) const {
-    Segments found;
-    std::vector<Piece> stack{{{-m_half, m_half}, std::numeric_limits<double>::infinity()}};
-    for (int looks = 0; !stack.empty(); ++looks) {
-      const auto [t, width_before] = stack.back();
-      stack.pop_back();
-      const RayRange bounds = range(index, t);
-      if (bounds.f.hi < 0) continue;
-      if (bounds.f.lo > 0) {
-        append(found, {t.lo, t.hi});
-        continue;
-      }
-      const double middle = 0.5 * t.lo + 0.5 * t.hi, width = bounds.f.width();
-      const bool is_monotone = bounds.slope.lo > 0 || bounds.slope.hi < 0;
-      // Where halving tells no more, rounding is all there is: f is 0 all along.
-      const bool is_flat = t.width() < m_half * kShort && width > 0.9 * width_before;
-      const bool is_point = t.width() < m_half * kShortest || !(t.lo < middle && middle < t.hi);
-      if (is_monotone || is_flat || is_point || looks > kMostLooks) {
-        append(found, part_inside(index, t));
-        continue;
-      }
-      stack.push_back({{middle, t.hi}, width});
-      stack.push_back({{t.lo, middle}, width});
-    }
-    return found;
-  }
-
-  /// The part inside of an interval with one crossing at most.
-  Segment part_inside(int index, const Interval& t) const {
-    const bool starts_inside = f(index, t.lo) >= 0, ends_inside = f(index, t.hi) >= 0;
-    if (starts_inside && ends_inside) return {t.lo, t.hi};
-    if (!starts_inside && !ends_inside) return {};
-    const double root = crossing(index, t, starts_inside);
-    return starts_inside ? Segment{t.lo, root} : Segment{root, t.hi};
-  }
-
-  /// Where f changes its sign: secants that keep the root bracketed, halving where they are slow.
-  double crossing(int index, Interval t, bool starts_inside) const {
-    double at_lower = f(index, t.lo), at_upper = f(index, t.hi);
-    for (int step = 0; step < 200; ++step) {
-      const bool halves = step % 3 == 2;
-      double next =
-          halves ? 0.5 * t.lo + 0.5 * t.hi : t.lo - at_lower * ((t.hi - t.lo) / (at_upper - at_lower));
-      if (!(t.lo < next && next < t.hi)) next = 0.5 * t.lo + 0.5 * t.hi;
-      if (!(t.lo < next && next < t.hi)) break;
-      const double value = f(index, next);
-      if ((value >= 0) == starts_inside) {
-        t.lo = next;
-        at_lower = value;
-      } else {
-        t.hi = next;
-        at_upper = value;
-      }
-    }
-    return std::fabs(at_lower) < std::fabs(at_upper) ? t.lo : t.hi;
-  }
-
-  static constexpr double kShort = 0x1p-10, kShortest = 0x1p-44;  ///< of half the segment
-  static constexpr int kMostLooks = 100'000;
-
-  const FormProgram& m_program;
-  double m_middle, m_half;
-  Vec3d m_o, m_d;
-};
-
 }  // namespace
 
-RayRange range_on_ray(const FreeForm& form, const Ray& ray, const Segment& segment) {
-  return RaySolver(form, ray, segment).range();
+RayRange range_on_line(const FormProgram& program, int index, const Vec3d& o, const Vec3d& d,
+                       const Interval& t) {
+  return evaluate(program, index, RayAlgebra{o, d, t});
 }
 
-Segments inside(const FreeForm& form, const Ray& ray, const Segment& segment) {
-  if (segment.empty()) return {};
-  return RaySolver(form, ray, segment).inside();
+RayRange range_on_ray(const FreeForm& form, const Ray& ray, const Segment& segment) {
+  // Counted from the middle of the segment: nothing is lost where the ray starts far away.
+  const double middle = 0.5 * segment.t0 + 0.5 * segment.t1, half = 0.5 * segment.length();
+  return range_on_line(form.program(), form.program().root(), ray.at(middle), ray.d, {-half, half});
 }
 
 }  // namespace pileus

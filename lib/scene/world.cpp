@@ -4,19 +4,20 @@
 #include <utility>
 
 #include "lib/core/error.h"
+#include "lib/scene/formed_shape.h"
 
 namespace pileus {
 namespace {
 
-/// Calls body; an error that it throws gets the volume's name.
+/// Calls body; an error that it throws gets the name of the volume or object.
 template <class Body>
-auto named_errors(const std::string& volume, Body&& body) {
+auto named_errors(const char* kind, const std::string& name, Body&& body) {
   try {
     return body();
   } catch (const Error& error) {
     std::vector<Diagnostic> diagnostics = error.diagnostics();
     for (Diagnostic& diagnostic : diagnostics) {
-      diagnostic.message = fmt::format("volume \"{}\": {}", volume, diagnostic.message);
+      diagnostic.message = fmt::format("{} \"{}\": {}", kind, name, diagnostic.message);
     }
     throw Error(error.kind(), std::move(diagnostics));
   }
@@ -33,7 +34,8 @@ LoadedVolumes load_volumes(const Scene& scene) {
   LoadedVolumes loaded;
   for (const Named<Medium>& volume : scene.volumes) {
     const Medium& medium = *volume.object;
-    loaded.push_back(is_visible(medium) ? named_errors(volume.name, [&] { return medium.load(); }) : nullptr);
+    loaded.push_back(is_visible(medium) ? named_errors("volume", volume.name, [&] { return medium.load(); })
+                                        : nullptr);
   }
   return loaded;
 }
@@ -44,7 +46,7 @@ World build_world(const Scene& scene, LoadedVolumes loaded) {
     const auto& [name, object] = scene.volumes[i];
     const Medium& medium = *object;
     if (!is_visible(medium)) continue;
-    const auto density = named_errors(name, [&] {
+    const auto density = named_errors("volume", name, [&] {
       return loaded[i] ? std::exchange(loaded[i], nullptr)->build() : medium.build(scene.freeforms);
     });
     world.media.push_back({name, density, medium.extinction, medium.albedo, medium.emission, medium.phase,
@@ -52,7 +54,12 @@ World build_world(const Scene& scene, LoadedVolumes loaded) {
                            ambient_light(medium.ambient, *density, name)});
   }
   for (const Named<Light>& light : scene.lights) world.lights.push_back(light.object);
-  for (const Named<Shape>& object : scene.objects) world.shapes.push_back(object.object);
+  for (const Named<Shape>& object : scene.objects) {
+    const auto* formed = dynamic_cast<const FormedShape*>(object.object.get());
+    world.shapes.push_back(
+        formed ? named_errors("object", object.name, [&] { return formed->build(scene.freeforms); })
+               : object.object);
+  }
   world.background = scene.background;
   world.camera = scene.camera;
   return world;

@@ -1,7 +1,7 @@
 #include <cmath>
 
-#include "lib/freeform/form_on_ray.h"
 #include "lib/freeform/form_program.h"
+#include "lib/freeform/form_tracer.h"
 #include "lib/freeform/free_form.h"
 #include "lib/freeform/join.h"
 #include "lib/freeform/shapes.h"

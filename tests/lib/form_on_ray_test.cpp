@@ -7,6 +7,7 @@
 
 #include <gtest/gtest.h>
 
+#include "lib/freeform/form_tracer.h"
 #include "tests/fixtures/random_forms.h"
 
 namespace pileus {

@@ -1,0 +1,47 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "lib/freeform/form_program.h"
+#include "lib/freeform/quadric_on_ray.h"
+#include "lib/freeform/stretch_list.h"
+#include "lib/math/interval.h"
+
+namespace pileus {
+
+/// What finding crossings took.
+struct TraceWork {
+  int64_t stretches = 0;  ///< whose bounds were asked for
+  int64_t values = 0;     ///< of the function, computed to refine a crossing
+};
+
+/// A form without joins and deformations: sum w_j Q_j + sum f_i max(0, Q_i)³. Morphs of such forms are one,
+/// too. Along a ray it is a polynomial in pieces: of degree 2 where no perturbation acts, else of degree 6.
+/// ref: METHODS 5.1
+class PlainForm {
+ public:
+  /// The form of a node, where it is a plain one.
+  static std::optional<PlainForm> from(const FormProgram& program, int index);
+
+  /// Tells where the form changes its sign on a stretch of a ray, by the Bernstein form of each piece
+  /// (METHODS 5.2): a piece whose coefficients change their sign once has one crossing, one whose
+  /// coefficients do not has none, others are halved. Coefficients no larger than rounding are taken for 0.
+  void trace(const AnchoredRay& ray, const Segment& segment, StretchList& found, TraceWork& work) const;
+
+  /// The documents' binary subdivision: halves whatever bounds cannot decide, down to `precision` [m].
+  void subdivide(const AnchoredRay& ray, const Segment& segment, double precision, StretchList& found,
+                 TraceWork& work) const;
+
+ private:
+  struct Term {
+    TracedQuadric quadric;
+    double factor;
+  };
+  bool add(const FormProgram& program, int index, double weight);
+
+  std::vector<Term> m_base, m_perturbations;
+};
+
+}  // namespace pileus

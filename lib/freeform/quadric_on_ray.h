@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cmath>
+
+#include "lib/freeform/quadric.h"
+#include "lib/math/ray.h"
+
+namespace pileus {
+
+/// A line whose parameter is counted from a point near what it shall meet, that point being known to twice
+/// double precision: a ray that starts far away loses nothing.
+struct AnchoredRay {
+  Vec3d point, rest;  ///< at t = 0: point + rest
+  Vec3d d;            ///< |d| = 1
+  double rounding;    ///< [m] how far point + rest may lie from the ray
+
+  AnchoredRay(const Ray& ray, double t);
+};
+
+/// q(t) = c + b u + a u² with u = t - at, and how far rounding may carry values and Bernstein coefficients
+/// from those of the exact quadric on the exact ray: margin0 + margin1 |u| + margin2 u².
+struct QuadraticOnRay {
+  double at, a, b, c;
+  double margin0, margin1, margin2;
+
+  double value(double t) const {
+    const double u = t - at;
+    return c + u * (b + a * u);
+  }
+  double slope(double t) const { return b + 2 * a * (t - at); }
+
+  /// Bernstein coefficients between two parameters: their hull holds all values (METHODS 4.3).
+  std::array<double, 3> bernstein(double t0, double t1) const {
+    const double u0 = t0 - at, u1 = t1 - at;
+    return {c + u0 * (b + a * u0), c + 0.5 * b * (u0 + u1) + a * u0 * u1, c + u1 * (b + a * u1)};
+  }
+
+  double margin(double t) const {
+    const double u = std::fabs(t - at);
+    return margin0 + u * (margin1 + margin2 * u);
+  }
+
+  /// Margins of the Bernstein coefficients.
+  std::array<double, 3> bernstein_margins(double t0, double t1) const {
+    const double u0 = std::fabs(t0 - at), u1 = std::fabs(t1 - at);
+    return {margin(t0), margin0 + 0.5 * margin1 * (u0 + u1) + margin2 * u0 * u1, margin(t1)};
+  }
+
+  /// Up to two stretches with q > 0.
+  struct Stretches {
+    int count = 0;
+    std::array<Segment, 2> parts;
+  };
+  Stretches positive(const Segment& within) const;
+};
+
+/// A quadric laid out for many rays.
+class TracedQuadric {
+ public:
+  explicit TracedQuadric(const Quadric& quadric);
+
+  /// False where q > 0 nowhere on the ray: {q > 0} lies in a ball that the ray does not meet.
+  bool may_be_positive(const AnchoredRay& ray) const;
+
+  /// The quadric along a ray, its parameter counted from the point of `within` that is nearest to the
+  /// quadric's centre, in its own coordinates.
+  QuadraticOnRay along(const AnchoredRay& ray, const Segment& within) const;
+
+ private:
+  Vec3d m_center;
+  std::array<Vec3d, 3> m_rows;
+  Vec3d m_row_lengths;
+  QuadricCoefficients m_q, m_absolute;
+  Vec3d m_ball_center;
+  double m_ball_square;  ///< of the radius [m²]; infinite where {q > 0} has no end
+};
+
+}  // namespace pileus

@@ -1,0 +1,196 @@
+// Rays and free forms: no crossing is missed whose depth is beyond rounding, by proof in higher precision.
+#include "lib/freeform/form_tracer.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <iomanip>
+#include <optional>
+#include <sstream>
+
+#include <gtest/gtest.h>
+
+#include "lib/freeform/shapes.h"
+#include "lib/math/box.h"
+#include "tests/fixtures/random_forms.h"
+#include "tests/reference/form_oracle.h"
+
+namespace pileus {
+namespace {
+
+constexpr double kMargin = 0x1p-45;  ///< docs/freeform.md, What the bounds promise
+
+int hunt(int rays) {
+  const char* factor = std::getenv("PILEUS_HUNT");
+  return factor ? rays * std::atoi(factor) : rays;
+}
+
+/// Plain forms and rays that try to slip through.
+class HostileRays {
+ public:
+  explicit HostileRays(uint64_t seed) : m_forms(seed) {}
+
+  RandomForms& forms() { return m_forms; }
+
+  FreeForm plain_form() {
+    FreeForm form = perturbed(m_forms.quadric());
+    if (m_forms.chance(0.2)) form = morphed(form, perturbed(m_forms.quadric()), m_forms.uniform(0, 1));
+    if (m_forms.chance(0.3)) form = placed(form, m_forms.placement());
+    return form;
+  }
+
+  /// Any ray, or one that almost touches the solid; from nearby, or from 100 km away.
+  Ray ray(const FreeForm& form) {
+    const double distance = m_forms.chance(0.3) ? 1e5 : m_forms.uniform(0, 12);
+    Vec3d d = normalize(m_forms.direction());
+    Vec3d p = m_forms.point(3);
+    if (m_forms.chance(0.6)) {
+      const Ray probe{p - 6.0 * d, d};
+      const Segments found = inside(form, probe, {0, 12});
+      if (!found.empty()) {
+        p = probe.at(found[size_t(m_forms.pick(int(found.size())))].t0);
+        const Vec3d gradient = form.gradient(p);
+        const double steepness = length(gradient);
+        const Vec3d across = cross(gradient, m_forms.direction());
+        if (std::isfinite(steepness) && steepness > 1e-100 && length(across) > 1e-100) {
+          d = normalize(across);
+          const double off = m_forms.chance(0.2) ? 0.0 : std::pow(10.0, m_forms.uniform(-17, -1));
+          p += (m_forms.chance(0.5) ? off : -off) * (gradient / steepness);
+        }
+      }
+    }
+    return {p - distance * d, d};
+  }
+
+  Segment segment(const Ray& ray) {
+    const double far = length(ray.o) + 15;
+    return {m_forms.chance(0.2) ? m_forms.uniform(0, far) : std::max(0.0, length(ray.o) - 15), far};
+  }
+
+ private:
+  FreeForm perturbed(const FreeForm& base) {
+    std::vector<Perturbation> bumps;
+    const int count = m_forms.pick(5);
+    for (int n = 0; n < count; ++n) {
+      const double factor = m_forms.chance(0.1) ? std::pow(10.0, m_forms.uniform(-12, 3)) : 1.5;
+      bumps.push_back({m_forms.quadric(), factor * m_forms.uniform(-1, 1)});
+    }
+    return pileus::perturbed(base, bumps);
+  }
+
+  RandomForms m_forms;
+};
+
+std::string described(const Ray& ray, const Segment& segment, const Segments& found) {
+  std::ostringstream text;
+  text << std::setprecision(17) << "ray " << ray.o << " + t " << ray.d << ", t in " << segment.t0 << ".."
+       << segment.t1 << ", inside:";
+  for (const Segment& part : found) text << " [" << part.t0 << ", " << part.t1 << "]";
+  return text.str();
+}
+
+/// Every stretch told is inside, every gap outside, but for the margin and for the last digit of t.
+template <class T>
+void expect_true(const FreeForm& form, const Ray& ray, const Segment& segment, const Segments& found) {
+  const Segment reach = clip_to_box(ray, segment, form.bounds());
+  const reference::FormOracle<T> oracle(form.program(), ray, segment, reach, kMargin);
+  const auto check = [&](Segment part, int sign) {
+    const double last_digit = 0x1p-52 * std::max(std::fabs(part.t0), std::fabs(part.t1));
+    if (part.t0 > segment.t0) part.t0 += last_digit;
+    if (part.t1 < segment.t1) part.t1 -= last_digit;
+    if (part.empty()) return;
+    EXPECT_TRUE(oracle.holds(part, sign))
+        << (sign > 0 ? "stretch " : "gap ") << part.t0 << ".." << part.t1 << "\n"
+        << described(ray, segment, found);
+  };
+  double end = segment.t0;
+  for (const Segment& part : found) {
+    ASSERT_LT(part.t0, part.t1);
+    ASSERT_LE(end, part.t0);
+    check({end, part.t0}, -1);
+    check(part, 1);
+    end = part.t1;
+  }
+  ASSERT_LE(end, segment.t1);
+  check({end, segment.t1}, -1);
+}
+
+template <class T>
+void hunt_for_misses(uint64_t seed, int rays) {
+  HostileRays hostile(seed);
+  constexpr int kRaysPerForm = 50;
+  int64_t stretches = 0;
+  for (int n = 0; n < rays / kRaysPerForm; ++n) {
+    const FreeForm form = hostile.plain_form();
+    const FormTracer tracer(form);
+    for (int k = 0; k < kRaysPerForm; ++k) {
+      const Ray ray = hostile.ray(form);
+      const Segment segment = hostile.segment(ray);
+      const Segments found = tracer.inside(ray, segment);
+      stretches += int64_t(found.size());
+      expect_true<T>(form, ray, segment, found);
+      if (testing::Test::HasFailure()) {
+        ADD_FAILURE() << "form " << n << ", ray " << k << ", seed " << seed;
+        return;
+      }
+    }
+  }
+  EXPECT_GT(stretches, rays / 4);
+}
+
+TEST(FormTracer, misses_nothing_beyond_rounding) {
+  hunt_for_misses<long double>(81, hunt(100'000));
+}
+
+TEST(FormTracer, misses_nothing_in_quadruple_precision) {
+  hunt_for_misses<reference::Quad>(82, hunt(2'000));
+}
+
+TEST(FormTracer, first_crossings_are_ends_of_stretches) {
+  RandomForms forms(83);
+  int crossings = 0;
+  for (int n = 0; n < hunt(300); ++n) {
+    const FreeForm form = forms.form(forms.pick(3));
+    const FormTracer tracer(form);
+    const Ray ray{forms.point(6), normalize(forms.direction())};
+    const Segment segment{forms.uniform(0, 4), 12};
+    std::optional<double> expected;
+    for (const Segment& part : tracer.inside(ray, segment)) {
+      for (const double t : {part.t1, part.t0}) {
+        if (segment.t0 < t && t < segment.t1 && (!expected || t < *expected)) expected = t;
+      }
+    }
+    ASSERT_EQ(tracer.first_crossing(ray, segment), expected) << "form " << n;
+    crossings += expected.has_value();
+  }
+  EXPECT_GT(crossings, 50);
+}
+
+/// Bounds over a stretch only shrink so fast: the documents' method looks far more often, and is as exact as
+/// its last halving.
+TEST(FormTracer, subdivision_agrees_and_takes_longer) {
+  HostileRays hostile(84);
+  TraceWork newton_work, subdivision_work;
+  for (int n = 0; n < 20; ++n) {
+    const FreeForm form = perturbed(sphere({0, 0, 0}, 1), {{sphere(hostile.forms().point(1), 0.6), 0.8},
+                                                           {sphere(hostile.forms().point(1), 0.5), -0.7}});
+    const FormTracer newton(form), subdivision(form, TraceMethod::subdivision);
+    for (int k = 0; k < 50; ++k) {
+      const Vec3d d = normalize(hostile.forms().direction());
+      const Ray ray{hostile.forms().point(0.7) - 5.0 * d, d};
+      const auto exact = newton.first_crossing(ray, {0, 10}, &newton_work);
+      const auto halved = subdivision.first_crossing(ray, {0, 10}, &subdivision_work);
+      if (!exact) continue;  // what halving cannot decide it takes for inside
+      ASSERT_TRUE(halved);
+      EXPECT_LE(*halved, *exact + 1e-12);
+      const double steepness = std::fabs(dot(form.gradient(ray.at(*exact)), d));
+      if (steepness > 0.5) {
+        EXPECT_NEAR(*halved, *exact, 2e-5);
+      }
+    }
+  }
+  EXPECT_GT(subdivision_work.stretches, 5 * (newton_work.stretches + newton_work.values));
+}
+
+}  // namespace
+}  // namespace pileus
