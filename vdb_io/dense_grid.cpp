@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "lib/core/error.h"
+#include "lib/core/memory_budget.h"
 #include "vdb_io/grid_types.h"
 #include "vdb_io/grid_values.h"
 #include "vdb_io/openvdb_library.h"
@@ -139,20 +140,19 @@ double background_number(const std::filesystem::path& path, const std::string& n
   }
 }
 
-openvdb::CoordBBox checked_box(const std::filesystem::path& path, const openvdb::GridBase& grid,
-                               uint64_t most_voxels) {
+openvdb::CoordBBox checked_box(const std::filesystem::path& path, const openvdb::GridBase& grid) {
   const openvdb::CoordBBox box = grid.evalActiveVoxelBoundingBox();
-  const auto fail = [&](const std::string& found) {
-    throw Error(ErrorKind::file, path.string(), fmt::format("grid \"{}\" {}", grid.getName(), found));
-  };
-  if (box.empty()) fail("is empty (0 active voxels); a dense file has one sample at least");
-  double voxels = 1.0;
-  for (int axis = 0; axis < 3; ++axis) voxels *= double(box.max()[axis]) - double(box.min()[axis]) + 1.0;
-  if (voxels > double(most_voxels)) {
-    fail(fmt::format("fills a box of {:.3g} voxels; a dense file may have {:.3g} at most; resample or crop",
-                     voxels, double(most_voxels)));
+  if (box.empty()) {
+    throw Error(ErrorKind::file, path.string(),
+                fmt::format("grid \"{}\" is empty (0 active voxels); a dense file has one sample at least",
+                            grid.getName()));
   }
-  if (!grid.transform().isLinear()) fail("has no affine transform; a dense file needs one");
+  constexpr double kBytesPerVoxel = 12.0;  // a float in memory, in the file, and a vector's part of both
+  double bytes = kBytesPerVoxel;
+  for (int axis = 0; axis < 3; ++axis) bytes *= double(box.max()[axis]) - double(box.min()[axis]) + 1.0;
+  require_memory(path.string(),
+                 fmt::format("grid \"{}\", as a dense box (--resample or --crop it),", grid.getName()),
+                 uint64_t(std::min(bytes, 1e18)));
   return box;
 }
 
@@ -168,9 +168,8 @@ openvdb::GridBase::Ptr grid_from_dense(const DenseVolume& volume) {
   return grid;
 }
 
-DenseVolume dense_from_grid(const std::filesystem::path& path, const openvdb::GridBase& base, bool half,
-                            uint64_t most_voxels) {
-  const openvdb::CoordBBox box = checked_box(path, base, most_voxels);
+DenseVolume dense_from_grid(const std::filesystem::path& path, const openvdb::GridBase& base, bool half) {
+  const openvdb::CoordBBox box = checked_box(path, base);
   DenseVolume volume;
   const bool is_known = visit_grid(base, [&](const auto& grid) {
     using Value = typename std::decay_t<decltype(grid)>::ValueType;

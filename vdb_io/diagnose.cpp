@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <initializer_list>
+#include <string>
 #include <string_view>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -20,6 +22,8 @@ constexpr double kStepPerFrame = 1.5;  // voxels: simulators keep what moves in 
 constexpr double kThinColumn = 0.1;    // optical depth at extinction 1 that shows next to nothing
 constexpr double kSmallest = 0.01, kLargest = 1e5;  // usual extents [m]
 constexpr double kFarDistance = 1e4;                // Blender writes this for "far away"
+// What fixes of units assume; the user knows better.
+constexpr double kKelvinOfHeat = 1000.0, kFramesPerSecond = 24.0;
 
 std::string lower(std::string text) {
   std::transform(text.begin(), text.end(), text.begin(),
@@ -97,6 +101,23 @@ class Diagnosis {
     finding.fix += " --set " + shell_quoted("volume.volume." + key + "=" + value);
   }
 
+  /// A fix that writes the file anew; what a scene would say instead comes on top.
+  void fix_by_converting(Finding& finding, const std::vector<std::string>& options) const {
+    const std::filesystem::path fixed = m_path.parent_path() / (m_path.stem().string() + "_fixed.vdb");
+    finding.fix = "pileus convert " + shell_quoted(m_path.string()) + " " + shell_quoted(fixed.string());
+    for (const std::string& option : options) finding.fix += " " + shell_quoted(option);
+  }
+
+  /// The same where a value of the grid under examination is changed.
+  void fix_values(Finding& finding, const char* option, double value) const {
+    fix_by_converting(finding, {option, fmt::format("{}={:.6g}", m_grid->entry.name, value)});
+  }
+
+  void fix_scale(Finding& finding, double factor) const {
+    fix_in_scene(finding, "scale", fmt::format("[{0}, {0}, {0}]", number_text(factor)));
+    fix_by_converting(finding, {"--scale", number_text(factor)});
+  }
+
   void look_at_file() {
     const VdbDirectory& directory = m_report.directory;
     if (directory.grids.empty()) {
@@ -115,7 +136,7 @@ class Diagnosis {
           add(Severity::note, "centimetres",
               fmt::format("was made by {}, which may count in centimetres; pileus takes them as metres",
                           program));
-      fix_in_scene(finding, "scale", "[0.01, 0.01, 0.01]");
+      fix_scale(finding, 0.01);
     }
   }
 
@@ -138,7 +159,9 @@ class Diagnosis {
 
   void fix_by_choosing(Finding& finding, const VdbGridEntry& grid) const {
     fix_in_scene(finding, "grid", grid.name);
-    if (is_level_set(grid)) finding.fix += " --set volume.volume.level_set=fog";
+    std::vector<std::string> options{"--rename", grid.name + "=density"};
+    if (is_level_set(grid)) options.push_back("--levelset-to-fog");
+    fix_by_converting(finding, options);
   }
 
   void look_at_repeated(const VdbGridEntry& first) {
@@ -150,7 +173,13 @@ class Diagnosis {
         add(Severity::warning, "duplicate",
             fmt::format("has {} grids called \"{}\"; most programs read one of them and do not say which",
                         count, first.base_name));
-    if (first.is_scalar()) fix_by_choosing(finding, first);
+    std::vector<std::string> options;
+    for (int n = 0; n < count; ++n) {
+      const std::string new_name = n == 0 ? first.base_name : fmt::format("{}_{}", first.base_name, n + 1);
+      options.insert(options.end(), {"--rename", fmt::format("{}[{}]={}", first.base_name, n, new_name)});
+    }
+    if (first.is_scalar()) fix_in_scene(finding, "grid", first.name);
+    fix_by_converting(finding, options);
   }
 
   void look_at_grid(const GridReport& grid) {
@@ -160,13 +189,25 @@ class Diagnosis {
     } else {
       look_at_type();
       if (grid.structure && grid.structure->active_voxels == 0) {
-        add(is_density(m_report, grid.entry) ? Severity::error : Severity::warning, "empty",
-            "is empty (0 active voxels, so its bounding box is inverted); nothing to show");
+        Finding& finding =
+            add(is_density(m_report, grid.entry) ? Severity::error : Severity::warning, "empty",
+                "is empty (0 active voxels, so its bounding box is inverted); nothing to show");
+        fix_by_leaving_out_empty(finding);
       } else {
         look_at_content();
       }
     }
     m_grid = nullptr;
+  }
+
+  void fix_by_leaving_out_empty(Finding& finding) const {
+    std::vector<std::string> options;
+    for (const GridReport& grid : m_report.grids) {
+      if (!grid.problem.empty() || !grid.structure || grid.structure->active_voxels == 0) continue;
+      options.push_back("--grid");
+      options.push_back(grid.entry.name);
+    }
+    if (!options.empty()) fix_by_converting(finding, options);
   }
 
   void look_at_content() {
@@ -213,10 +254,10 @@ class Diagnosis {
     if (is_heat(entry)) look_at_heat(values);
     if (!is_density(m_report, entry)) return;
     if (values.background != 0.0) {
-      add(Severity::error, "background",
-          fmt::format(
-              "has the background {}: it would fill all of space; set the background to 0 where it was made",
-              number_text(values.background)));
+      Finding& finding = add(Severity::error, "background",
+                             fmt::format("has the background {}: it would fill all of space; expected 0",
+                                         number_text(values.background)));
+      fix_values(finding, "--background", 0.0);
     }
     if (entry.grid_class == "unknown") add(Severity::note, "no_class", "has no class; taken as a fog volume");
     if (values.inactive_nonzero > 0) {
@@ -232,9 +273,10 @@ class Diagnosis {
   void look_at_level_set(const ValueReport& values) {
     const VdbGridEntry& entry = m_grid->entry;
     if (values.nan + values.infinite > 0) {
-      add(Severity::error, "nan",
-          fmt::format("holds {} NaN and {} infinite distances; repair it where it was made", values.nan,
-                      values.infinite));
+      Finding& finding = add(Severity::error, "nan",
+                             fmt::format("holds {} NaN and {} infinite distances; the fix takes them for far",
+                                         values.nan, values.infinite));
+      if (std::isfinite(values.background)) fix_values(finding, "--nan", values.background);
       return;
     }
     const bool is_wrong = has_density_name(entry);
@@ -242,6 +284,7 @@ class Diagnosis {
         is_wrong ? Severity::error : Severity::note, is_wrong ? "level_set_as_density" : "level_set",
         is_wrong ? "is called a density but is a level set (distances)" : "is a level set, not a density");
     fix_in_scene(finding, "level_set", "fog");
+    fix_by_converting(finding, {"--levelset-to-fog"});
     if (values.max >= kFarDistance) {
       add(Severity::note, "far",
           fmt::format("has distances up to {}, which mean \"far\"; they stay outside the fog", values.max));
@@ -260,7 +303,14 @@ class Diagnosis {
       Finding& finding = add(Severity::error, "nan",
                              fmt::format("holds {} NaN, {} infinite and {} negative values", values.nan,
                                          values.infinite, values.negative));
-      fix_in_scene(finding, "nan", "zero");
+      if (density) fix_in_scene(finding, "nan", "zero");
+      std::vector<std::string> options;
+      for (const char* option : {"--nan", "--min"}) {
+        if (option == std::string("--min") && !(density && values.negative > 0)) continue;
+        if (option == std::string("--nan") && values.nan + values.infinite == 0) continue;
+        options.insert(options.end(), {option, m_grid->entry.name + "=0"});
+      }
+      fix_by_converting(finding, options);
     } else if (values.negative > 0) {
       add(Severity::note, "negative", fmt::format("holds {} negative values", values.negative));
     }
@@ -274,14 +324,18 @@ class Diagnosis {
     const std::string range =
         fmt::format("runs from {} to {}", number_text(values.min), number_text(values.max));
     if (values.max <= kWarmestHeat) {
-      add(Severity::note, "heat_relative",
-          range + ": relative heat, not kelvin; a black body needs kelvin (multiply by 1000 to 1500)");
+      Finding& finding =
+          add(Severity::note, "heat_relative",
+              range + ": relative heat, not kelvin; a black body needs kelvin (multiply by 1000 to 1500)");
+      fix_values(finding, "--multiply", kKelvinOfHeat);
     } else if (values.max < kColdestKelvin) {
       add(Severity::warning, "heat_unit",
           range + ", which is neither relative heat (0 to 2) nor kelvin; is it in degrees Celsius?");
     } else {
-      add(Severity::note, "heat_kelvin",
-          range + ": kelvin, it seems; programs that expect 0 to 2 need it divided by 1000");
+      Finding& finding =
+          add(Severity::note, "heat_kelvin",
+              range + ": kelvin, it seems; programs that expect 0 to 2 need it divided by 1000");
+      fix_values(finding, "--multiply", 1.0 / kKelvinOfHeat);
     }
   }
 
@@ -302,18 +356,21 @@ class Diagnosis {
   void look_at_vectors(const VectorReport& vectors) {
     const VdbGridEntry& entry = m_grid->entry;
     if (vectors.nan + vectors.infinite > 0) {
-      add(Severity::error, "nan",
-          fmt::format("holds {} NaN and {} infinite vectors; repair it where it was made", vectors.nan,
-                      vectors.infinite));
+      Finding& finding =
+          add(Severity::error, "nan",
+              fmt::format("holds {} NaN and {} infinite vectors", vectors.nan, vectors.infinite));
+      fix_values(finding, "--nan", 0.0);
     }
     if (!is_velocity(entry) || !m_grid->voxel_size || !(vectors.max_length > 0.0)) return;
     const double voxels = vectors.max_length / m_grid->voxel_size->x;
     if (voxels > kStepPerFrame) return;
-    add(Severity::note, "velocity_per_frame",
+    Finding& finding = add(
+        Severity::note, "velocity_per_frame",
         fmt::format("moves at most {} voxels per unit of time: per frame, it seems, not per second; programs "
                     "expect m/s "
                     "(multiply by the frame rate)",
                     number_text(voxels)));
+    fix_values(finding, "--multiply", kFramesPerSecond);
   }
 
   /// What the file's own metadata claims about the grid, against what was counted.
@@ -322,10 +379,12 @@ class Diagnosis {
     if (claimed == m_grid->entry.metadata.end() || !m_grid->structure) return;
     const std::string counted = std::to_string(m_grid->structure->active_voxels);
     if (claimed->second == counted || claimed->second.starts_with('<')) return;
-    add(Severity::warning, "statistics",
+    Finding& finding = add(
+        Severity::warning, "statistics",
         fmt::format("says in its metadata that it has {} active voxels, but has {}; programs that believe it "
                     "cut it off",
                     claimed->second, counted));
+    fix_by_converting(finding, {});
   }
 
   void look_at_size() {
@@ -336,20 +395,19 @@ class Diagnosis {
     for (int axis = 0; axis < 3; ++axis) {
       extent = std::max(extent, (double(box.max[axis]) - box.min[axis] + 1.0) * voxel[axis]);
     }
-    const std::string to_ten_metres = number_text(10.0 / extent);
-    const std::string scale = fmt::format("[{0}, {0}, {0}]", to_ten_metres);
+    const double to_ten_metres = 10.0 / extent;
     if (extent < kSmallest || extent > kLargest) {
       Finding& finding = add(
           Severity::warning, "size",
           fmt::format("is {:.3g} m wide, which is unusual; if it was not meant in metres, scale it", extent));
-      if (is_density(m_report, m_grid->entry)) fix_in_scene(finding, "scale", scale);
+      if (is_density(m_report, m_grid->entry)) fix_scale(finding, to_ten_metres);
     } else if (voxel == Vec3d(1.0) && is_density(m_report, m_grid->entry)) {
       Finding& finding =
           add(Severity::warning, "voxel_size_1",
               fmt::format("has voxels of exactly 1 m ({:.3g} m in all): its maker probably never set a "
                           "voxel size",
                           extent));
-      fix_in_scene(finding, "scale", scale);
+      fix_scale(finding, to_ten_metres);
     }
   }
 

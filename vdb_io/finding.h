@@ -20,8 +20,8 @@ struct Finding {
   std::string code;     ///< stable, for programs: "nan", "level_set", …
   std::string grid;     ///< "" where the file as a whole is meant
   std::string message;  ///< a sentence that goes on from the grid's name
-  std::string fix;      ///< a command line that puts it right or works round it; "" where there is none
-  std::string scene;    ///< the same as a line of a scene's volume; "" where there is none
+  std::string fix;    ///< a command line that writes a better file or works round it; "" where there is none
+  std::string scene;  ///< a line of a scene's volume that works round it; "" where there is none
 };
 
 }  // namespace pileus

@@ -1,7 +1,7 @@
 #pragma once
 
 #include <filesystem>
-#include <variant>
+#include <string>
 
 #include <openvdb/openvdb.h>
 
@@ -9,27 +9,27 @@
 
 namespace pileus {
 
+// Changes of one grid in place, of any type that pileus knows (grid_types.h). `path` names the file in
+// errors.
+
 /// Sets everything outside a world-space box to the background: a voxel stays where its centre is in the box.
-///   path: names the file in errors
 /// errors: Error(file) where the grid's axes are not the world's
 void crop_grid(const std::filesystem::path& path, openvdb::GridBase& grid, const Box3d& box);
 
-/// New voxels: cubes of an edge in metres, or a multiple of the old edges.
-struct VoxelEdge {
-  double meters;
-};
-struct VoxelFactor {
-  double factor;
-};
-using NewVoxels = std::variant<VoxelEdge, VoxelFactor>;
+/// Places the grid `factor` times as large, and as far from the world's origin. The distances of a level set
+/// grow with it, other values stay.
+void scale_grid(openvdb::GridBase& grid, double factor);
 
-/// The grid on new voxels, which cover the same space: the corner of the cell of voxel 0 stays where it is. A
-/// new voxel holds the mean of the trilinear density over its cell where it is larger than the old ones (so
-/// that the integral over space is kept), else the value at its centre; whole numbers and truth values are
-/// taken from the nearest voxel. Staggered vectors become vectors at voxel centres, of no class.
-/// errors: Error(file) where new voxels are more than `most_voxels`, or are no size; for types other than
-///         float, double, int32, bool and vec3s
-openvdb::GridBase::Ptr resampled_grid(const std::filesystem::path& path, const openvdb::GridBase& grid,
-                                      const NewVoxels& voxels, uint64_t most_voxels = uint64_t(1) << 31);
+/// The edits below are for numbers and vectors, whose components count alone; they see the values of active
+/// and inactive voxels and the background, and throw Error(file) for grids of truth values, and where the
+/// grid's type cannot hold a result.
+/// Replaces NaN and infinite values.
+/// returns: how many voxels were changed; a tile counts with all of its own
+uint64_t replace_nan(const std::filesystem::path& path, openvdb::GridBase& grid, double value);
+/// Replaces values below `lowest`; the number changed. NaN stays.
+uint64_t raise_to(const std::filesystem::path& path, openvdb::GridBase& grid, double lowest);
+void multiply_values(const std::filesystem::path& path, openvdb::GridBase& grid, double factor);
+/// Inactive voxels that held the old background hold the new one.
+void change_background(const std::filesystem::path& path, openvdb::GridBase& grid, double value);
 
 }  // namespace pileus

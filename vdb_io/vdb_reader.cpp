@@ -104,14 +104,12 @@ void require_affine(const std::filesystem::path& path, const VdbGridEntry& grid)
 }
 
 /// Turns away what would take more memory than allowed, before any of it is taken.
-void require_memory(const std::filesystem::path& path, const VdbGridEntry& grid,
-                    const GridStructure& structure) {
+void require_tree_memory(const std::filesystem::path& path, const VdbGridEntry& grid,
+                         const GridStructure& structure) {
   uint64_t needed = structure.memory_bytes;
   if (grid.is_scalar() && grid.value_type != "float")
     needed += structure.leaves * sizeof(float) * 512;  // a copy
-  if (needed <= memory_budget()) return;
-  fail(path, fmt::format("grid \"{}\" needs {} of memory, the budget is {}; allow more with --memory {}",
-                         grid.name, bytes_text(needed), bytes_text(memory_budget()), bytes_option(needed)));
+  require_memory(path.string(), fmt::format("grid \"{}\"", grid.name), needed);
 }
 
 /// Opens the file with OpenVDB and turns whatever it throws into an Error.
@@ -241,7 +239,7 @@ openvdb::GridBase::Ptr read_vdb_grid(const std::filesystem::path& path, const Vd
   const auto structure = check_grid_structure(path, voxel_owner(path, directory, entry));
   if (!structure)
     fail(path, fmt::format("grid \"{}\" holds values of type {}", entry.name, entry.value_type));
-  require_memory(path, entry, *structure);
+  require_tree_memory(path, entry, *structure);
   return read_with_openvdb(path, entry, [&](auto& file) { return file.readGrid(entry.name); });
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <fstream>
 #include <set>
+#include <type_traits>
 #include <vector>
 
 #include <openvdb/io/File.h>
@@ -12,10 +13,10 @@
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
 #include "lib/core/version.h"
+#include "vdb_io/grid_types.h"
 #include "vdb_io/grid_values.h"
 #include "vdb_io/openvdb_library.h"
 #include "vdb_io/vdb_directory.h"
-#include "vdb_io/vdb_reader.h"
 
 namespace pileus {
 namespace {
@@ -41,37 +42,48 @@ void check_fog(const std::filesystem::path& path, const openvdb::FloatGrid& grid
   }
 }
 
-/// The largest component of the vectors in the leaves and tiles of a grid; infinite and NaN ones do not
-/// count.
-double largest_component(const openvdb::Vec3SGrid& grid) {
-  double largest = 0.0;
-  for (auto value = grid.cbeginValueAll(); value; ++value) {
-    for (int i = 0; i < 3; ++i) {
-      const double size = std::abs(double((*value)[i]));
-      if (std::isfinite(size)) largest = std::max(largest, size);
-    }
+template <class Value>
+double magnitude(const Value& value) {
+  if constexpr (std::is_arithmetic_v<Value>) {
+    return std::abs(double(value));
+  } else {
+    return std::max({std::abs(double(value[0])), std::abs(double(value[1])), std::abs(double(value[2]))});
   }
+}
+
+template <class Value>
+constexpr bool kIsFloating = !std::is_integral_v<Value> && !std::is_same_v<Value, openvdb::Vec3i>;
+
+/// Half floats are for floating values: a flag on grids of whole numbers would only confuse their readers.
+bool can_be_half(const openvdb::GridBase& base) {
+  bool is_floating = false;
+  visit_grid(base, [&](const auto& grid) {
+    is_floating = kIsFloating<typename std::decay_t<decltype(grid)>::ValueType>;
+  });
+  return is_floating;
+}
+
+/// The largest finite number of a grid of floating values, active or not; 0 for other grids.
+double largest_float(const openvdb::GridBase& base) {
+  double largest = 0.0;
+  visit_grid(base, [&](const auto& grid) {
+    using Value = typename std::decay_t<decltype(grid)>::ValueType;
+    if constexpr (kIsFloating<Value>) {
+      for (auto value = grid.cbeginValueAll(); value; ++value) {
+        const double size = magnitude(*value);
+        if (std::isfinite(size)) largest = std::max(largest, size);
+      }
+    }
+  });
   return largest;
 }
 
-bool can_be_half(const openvdb::GridBase& grid) {
-  return grid.isType<openvdb::FloatGrid>() || grid.isType<openvdb::DoubleGrid>() ||
-         grid.isType<openvdb::Vec3SGrid>();
-}
-
-/// The largest finite number, active or not, of a grid that can be stored as half.
-double largest_number(const openvdb::GridBase::Ptr& grid) {
-  if (const auto vectors = openvdb::gridPtrCast<openvdb::Vec3SGrid>(grid)) return largest_component(*vectors);
-  const ValueCounts values = count_values(*as_float(grid));
-  return std::max(std::abs(values.min), std::abs(values.max));
-}
-
-void check_half(const std::filesystem::path& path, const openvdb::GridBase::Ptr& grid) {
-  const double largest = largest_number(grid);
+void check_half(const std::filesystem::path& path, const openvdb::GridBase& grid) {
+  const double largest = largest_float(grid);
   if (largest <= kLargestHalf) return;
   fail(path,
        fmt::format("grid \"{}\" holds {}, which half floats cannot; expected at most {}; write full floats",
-                   grid->getName(), largest, kLargestHalf));
+                   grid.getName(), largest, kLargestHalf));
 }
 
 /// Shares the voxels of `grid`; its metadata is its own.
@@ -160,7 +172,7 @@ void write_vdb_grids(const std::filesystem::path& path, std::span<const openvdb:
     }
     const auto copy = openvdb::ConstPtrCast<openvdb::GridBase>(grid->copyGrid());
     if (options.half && can_be_half(*copy)) copy->setSaveFloatAsHalf(true);
-    if (copy->saveFloatAsHalf() && can_be_half(*copy)) check_half(path, copy);
+    if (copy->saveFloatAsHalf()) check_half(path, *copy);
     copy->addStatsMetadata();
     to_write.push_back(copy);
   }

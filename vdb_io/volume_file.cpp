@@ -3,6 +3,7 @@
 #include <map>
 
 #include "lib/core/error.h"
+#include "lib/core/memory_budget.h"
 #include "vdb_io/dense/dense_files.h"
 #include "vdb_io/dense_grid.h"
 #include "vdb_io/file_cursor.h"
@@ -77,6 +78,7 @@ openvdb::GridBase::Ptr read_nvdb_grid(const std::filesystem::path& path, const V
   const NvdbDirectory file = read_nvdb_directory(path);
   for (size_t i = 0; i < directory.grids.size() && i < file.grids.size(); ++i) {
     if (directory.grids[i].name != entry.name) continue;
+    require_memory(path.string(), fmt::format("grid \"{}\"", entry.name), 2 * file.grids[i].memory_bytes);
     return grid_from_nvdb(path, file.grids[i], read_nvdb_buffer(path, file.grids[i]));
   }
   throw Error(ErrorKind::file, path.string(), "has changed while it was being read");
@@ -95,6 +97,11 @@ openvdb::GridBase::Ptr read_volume_grid(const std::filesystem::path& path, const
   const VolumeFormat format = known_format(path);
   if (format == VolumeFormat::vdb) return read_vdb_grid(path, directory, entry);
   if (format == VolumeFormat::nvdb) return read_nvdb_grid(path, directory, entry);
+  const DenseVolume head = read_dense(path, format, DenseRead::head);
+  constexpr uint64_t kBytesPerSample = 16;  // as read, put in order, and in the tree
+  require_memory(path.string(), fmt::format("grid \"{}\"", entry.name),
+                 kBytesPerSample * uint64_t(head.size.x) * uint64_t(head.size.y) * uint64_t(head.size.z) *
+                     uint64_t(head.channels));
   return grid_from_dense(read_dense(path, format, DenseRead::all));
 }
 

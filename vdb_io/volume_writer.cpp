@@ -82,6 +82,13 @@ std::vector<std::string> write_as_dense(const std::filesystem::path& path, Volum
     throw Error(ErrorKind::usage, path.string(),
                 "a .df3 file holds whole numbers; expected --bits 8, 16 or 32");
   }
+  if (format == VolumeFormat::df3 && grids.front()->getGridClass() == openvdb::GRID_LEVEL_SET) {
+    throw Error(
+        ErrorKind::file, path.string(),
+        fmt::format("grid \"{}\" is a level set (distances); a .df3 file holds a density; make one with "
+                    "--levelset-to-fog",
+                    grids.front()->getName()));
+  }
   const DenseVolume volume = dense_from_grid(path, *grids.front(), options.half);
   if (format == VolumeFormat::df3) {
     write_df3(path, volume, options.df3_bits);

@@ -11,6 +11,8 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include "lib/core/error.h"
+
 namespace pileus {
 namespace {
 
@@ -35,6 +37,13 @@ uint64_t memory_budget() {
 
 void set_memory_budget(uint64_t bytes) {
   g_budget = bytes;
+}
+
+void require_memory(const std::string& file, const std::string& what, uint64_t bytes) {
+  if (bytes <= memory_budget()) return;
+  throw Error(ErrorKind::file, file,
+              fmt::format("{} needs {} of memory, the budget is {}; allow more with --memory {}", what,
+                          bytes_text(bytes), bytes_text(memory_budget()), bytes_option(bytes)));
 }
 
 std::optional<uint64_t> parse_bytes(const std::string& text) {

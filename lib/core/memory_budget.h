@@ -13,6 +13,11 @@ uint64_t memory_budget();
 /// Sets the budget of the process; 0 means the default again. Call it before work begins.
 void set_memory_budget(uint64_t bytes);
 
+/// Refuses what would take more than the budget, before any of it is taken.
+///   what: as in "grid \"density\""
+/// errors: Error(file)
+void require_memory(const std::string& file, const std::string& what, uint64_t bytes);
+
 /// "512M", "1.5G", "2000000": bytes, with K, M, G or T for powers of 1000. Nothing for other texts.
 std::optional<uint64_t> parse_bytes(const std::string& text);
 

@@ -45,9 +45,23 @@ struct Check : testing::Test, ProgramTest {
   /// Runs a command line of the program as a shell would.
   int run_in_shell(const std::string& command) const {
     EXPECT_EQ(command.rfind("pileus ", 0), 0u) << command;
+    const bool is_render = command.rfind("pileus render", 0) == 0;
     const std::string line = "cd '" + folder.path().string() + "' && " + PILEUS_PROGRAM + command.substr(6) +
-                             " -o fixed.png --size 16x9 --quiet";
+                             (is_render ? " -o fixed.png --size 16x9 --quiet" : " --quiet");
     return std::system(line.c_str());
+  }
+
+  /// Runs the fix of a finding; where it writes a file, that is free of the finding.
+  void expect_fixed(const std::string& name, const Json& finding) const {
+    const std::string fix = finding.at("fix");
+    ASSERT_EQ(run_in_shell(fix), 0) << finding;
+    if (fix.rfind("pileus convert", 0) != 0) return;
+    const std::string fixed = std::filesystem::path(name).stem().string() + "_fixed.vdb";
+    const ProgramOutcome again = run({"info", fixed, "--check", "--json"});
+    const Json json = Json::parse(again.out);
+    for (const Json& left : json.at("findings")) {
+      EXPECT_NE(left.at("code"), finding.at("code")) << fix << " leaves " << left;
+    }
   }
 };
 
@@ -97,7 +111,30 @@ TEST_F(Check, every_fix_works) {
   unscaled->setTransform(openvdb::math::Transform::createLinearTransform(1.0));
   write_vdb_file("unscaled.vdb", {unscaled});
 
+  auto filled = cube();
+  filled->tree().root().setBackground(0.25f, true);
+  write_vdb_file("filled.vdb", {filled});
+  auto warm = cube("temperature"), still = cube("flame");
+  still->clear();
+  write_vdb_file("warm.vdb", {cube(), warm, still});
+  auto bad_surface = level_set->deepCopy();
+  bad_surface->setName("surface");
+  bad_surface->tree().setValueOn(Coord(1), std::numeric_limits<float>::infinity());
+  write_vdb_file("bad surface.vdb", {cube(), bad_surface});
+  auto wind = openvdb::Vec3SGrid::create();
+  wind->setName("vel");
+  wind->setTransform(cube()->transformPtr());
+  wind->tree().setValueOn(Coord(1), openvdb::Vec3s(0.25f, 0, 0));
+  auto torn = wind->deepCopy();
+  torn->setName("torn");
+  torn->tree().setValueOn(Coord(2), openvdb::Vec3s(std::numeric_limits<float>::quiet_NaN(), 0, 0));
+  write_vdb_file("wind.vdb", {cube(), wind, torn});
+
   for (const auto& [name, exit_code] : {std::pair{"bad values.vdb", 1},
+                                        {"filled.vdb", 1},
+                                        {"warm.vdb", 0},
+                                        {"bad surface.vdb", 1},
+                                        {"wind.vdb", 1},
                                         {"surface.vdb", 0},
                                         {"surfaces.vdb", 0},
                                         {"twins.vdb", 0},
@@ -110,7 +147,7 @@ TEST_F(Check, every_fix_works) {
     for (const Json& finding : json.at("findings")) {
       if (!finding.contains("fix")) continue;
       ++fixes;
-      EXPECT_EQ(run_in_shell(finding.at("fix").get<std::string>()), 0) << finding;
+      expect_fixed(name, finding);
     }
     EXPECT_GT(fixes, 0) << name << json;
   }

@@ -1,7 +1,10 @@
 // `pileus convert` as a person meets it.
+#include <chrono>
+#include <csignal>
 #include <filesystem>
 #include <fstream>
 #include <string>
+#include <thread>
 
 #include <gtest/gtest.h>
 
@@ -62,6 +65,16 @@ TEST_F(Convert, edits_on_the_way) {
   expect_mentions(run({"info", "b.vdb"}).out, "float (saved as half)");
 }
 
+TEST_F(Convert, changes_values_and_scale) {
+  const ProgramOutcome outcome =
+      run({"convert", "a.raw", "a.vdb", "--min", "Smoke=2", "--multiply", "Smoke=10", "--background",
+           "Smoke=0", "--nan", "Smoke=0", "--scale", "0.1", "--rename", "Smoke=density"});
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string info = run({"info", "a.vdb"}).out;
+  expect_mentions(info, "range          20 to 70");
+  expect_mentions(info, "0.05 x 0.05 x 0.05 m");
+}
+
 TEST_F(Convert, merges_and_refuses_two_of_one_name) {
   run({"convert", "a.raw", "a.vdb"});
   run({"convert", "a.raw", "b.vdb", "--rename", "Smoke=heat"});
@@ -112,8 +125,45 @@ TEST_F(Convert, refuses_what_it_cannot_do) {
   expect_mentions(refusal({"a.raw", "b.vdb", "--codec", "lz4"}, 2), "expected none, zip or blosc");
   expect_mentions(refusal({"a.raw", "b.df3", "--bits", "12"}, 2), "--bits");
   expect_mentions(refusal({"a.raw", "b.nvdb", "--half"}, 2), "NanoVDB has no half floats");
-  EXPECT_FALSE(std::filesystem::exists(folder / "b.vdb"));
-  EXPECT_FALSE(std::filesystem::exists(folder / "b.df3"));
+  expect_mentions(refusal({"a.raw", "b.vdb", "--nan", "density=0"}, 2), "no grid \"density\" is taken over");
+  for (const char* text : {"Smoke", "=0", "Smoke=", "Smoke=x", "Smoke=nan", "Smoke=1e39"}) {
+    expect_mentions(refusal({"a.raw", "b.vdb", "--multiply", text}, 2), "expected GRID=NUMBER");
+  }
+  for (const char* text : {"0", "-1", "nan", "inf", "x"}) {
+    expect_mentions(refusal({"a.raw", "b.vdb", "--scale", text}, 2), "--scale");
+  }
+  std::filesystem::create_directory(folder / "folder.vdb");
+  expect_mentions(refusal({"a.raw", "folder.vdb"}, 1), "is a folder; expected the name of a file");
+  expect_mentions(refusal({"folder.vdb", "b.vdb"}, 1), "is not a regular file");
+  expect_mentions(refusal({"a.raw", "missing/b.vdb"}, 1), "no file can be created in");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--resample", "0.0001x"}, 1), "expected 0.001 to 1000");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--resample", "0.001x", "--memory", "100M"}, 1),
+                  "the budget is 100 MB");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--crop=nan,0,0,1,1,1"}, 2), "expected X0,Y0,Z0,X1,Y1,Z1");
+  for (const auto& file : std::filesystem::directory_iterator(folder.path())) {
+    const std::string name = file.path().filename();
+    EXPECT_TRUE(name == "a.raw" || name == "a.raw.json" || name == "folder.vdb") << name << " is left over";
+  }
+}
+
+TEST_F(Convert, leaves_nothing_when_interrupted) {
+  write("big.raw", std::string(100 * 100 * 100, '\1'));
+  write("big.raw.json", R"({"pileus_volume": 1, "type": "uint8", "size": [100, 100, 100]})");
+  for (const double seconds : {0.05, 0.3, 1.0}) {
+    Program program(
+        {"convert", (folder / "big.raw").string(), (folder / "big.vdb").string(), "--resample", "0.4x"});
+    program.wait_until_it_handles(SIGINT);
+    std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
+    program.send(SIGINT);
+    const ProgramOutcome outcome = program.wait();
+    EXPECT_TRUE(outcome.exit_code == 130 || outcome.exit_code == 0) << outcome.err;
+    for (const auto& file : std::filesystem::directory_iterator(folder.path())) {
+      EXPECT_EQ(file.path().filename().string().find("partial"), std::string::npos) << file.path();
+    }
+    if (std::filesystem::exists(folder / "big.vdb")) {
+      EXPECT_EQ(run({"info", "big.vdb", "--trust"}).exit_code, 0) << "what is there is whole";
+    }
+  }
 }
 
 }  // namespace

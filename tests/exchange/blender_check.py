@@ -2,7 +2,7 @@
 import pathlib
 import tempfile
 
-from common import convert, expect, need, run, write_raw
+from common import convert, expect, need, run, world, write_raw
 
 SCRIPT = """
 import bpy, sys
@@ -24,11 +24,12 @@ volume.data.materials.append(material)
 scene = bpy.context.scene
 camera = bpy.data.objects.new('camera', bpy.data.cameras.new('camera'))
 camera.data.type, camera.data.ortho_scale = 'ORTHO', 8
-camera.location = (volume_centre := [1 + 0.5 * 0, -2 + 0.5 * 4.5, 20])
+camera.location = ({x}, {y}, 20)  # cameras look along -z
 scene.collection.objects.link(camera)
 scene.camera = camera
 scene.render.engine = 'CYCLES'
 scene.cycles.samples = 4
+scene.cycles.use_denoising = False
 scene.render.film_transparent = True
 scene.render.resolution_x = scene.render.resolution_y = 32
 scene.render.image_settings.file_format = 'PNG'
@@ -43,7 +44,8 @@ blender = need("blender", "blender")
 with tempfile.TemporaryDirectory() as folder:
     folder = pathlib.Path(folder)
     convert(write_raw(folder / "a.raw"), folder / "a.vdb")
-    (folder / "look.py").write_text(SCRIPT.format(file=str(folder / "a.vdb"), picture=str(folder / "a.png")))
+    x, y, _ = world(2, 1.5, 1)
+    (folder / "look.py").write_text(SCRIPT.format(file=str(folder / "a.vdb"), picture=str(folder / "a.png"), x=x, y=y))
     result = run(blender, "-b", "--factory-startup", "-noaudio", "-t", "2", "-P", folder / "look.py")
     lines = {line.split()[1]: line for line in result.splitlines() if line.startswith("PILEUS")}
     expect("'density'" in lines.get("grids", "") and "FLOAT" in lines["grids"], f"Blender finds\n{result}")

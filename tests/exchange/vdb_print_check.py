@@ -11,8 +11,8 @@ with tempfile.TemporaryDirectory() as folder:
     convert(folder / "full.vdb", folder / "half.vdb", "--half", "--rename", "density=smoke", "--codec", "none")
     full, half = run(vdb_print, "-l", folder / "full.vdb"), run(vdb_print, "-l", folder / "half.vdb")
     for part in ("creator: pileus", "Name: density", "Type: Tree_float_5_4_3", "class: fog volume",
-                 "file_voxel_count: 48", "voxel size: [0.5, 0.5, 0.5]"):
+                 "file_voxel_count: 48", "voxel size: 0.5", "[1, -2, 0.25, 1]"):
         expect(part.lower() in full.lower(), f"vdb_print does not show \"{part}\":\n{full}")
-    for part in ("Name: smoke", "Tree_float_5_4_3_HalfFloat", "is_saved_as_half_float: true"):
+    for part in ("Name: smoke", "is_saved_as_half_float: true"):
         expect(part.lower() in half.lower(), f"vdb_print does not show \"{part}\":\n{half}")
 print("passed")

@@ -85,7 +85,7 @@ TEST_F(Diagnose, choices_and_repeated_names) {
   const VdbReport report = report_of({healthy_fog(), healthy_fog()});
   ASSERT_EQ(report.findings.size(), 2u);
   EXPECT_EQ(report.findings[1].code, "duplicate");
-  expect_mentions(report.findings[1].fix, "'volume.volume.grid=density[0]'");
+  expect_mentions(report.findings[1].fix, "--rename 'density[0]=density' --rename 'density[1]=density_2'");
 }
 
 TEST_F(Diagnose, level_sets_given_as_densities) {
@@ -154,7 +154,8 @@ TEST_F(Diagnose, fixes_name_the_file_as_a_shell_reads_it) {
   grid->tree().setValueOn(Coord(1), -1.0f);
   const VdbReport report = report_of({grid, healthy_fog("shadow")});
   ASSERT_EQ(report.findings.size(), 1u);
-  EXPECT_EQ(report.findings[0].fix, "pileus render '" + path.string() + "' --set volume.volume.nan=zero");
+  EXPECT_EQ(report.findings[0].fix, "pileus convert '" + path.string() + "' '" +
+                                        (folder / "a b_fixed.vdb").string() + "' --min density=0");
   EXPECT_EQ(report.findings[0].scene, "nan = \"zero\"");
 }
 

@@ -172,6 +172,7 @@ TEST_F(VolumeFile, codecs_are_those_of_the_format) {
 
 TEST_F(VolumeFile, refuses_unknown_extensions_and_several_grids_in_dense_files) {
   expect_mentions(error_of([&] { write("a.obj", {blob()}); }), "expected .vdb, .nvdb, .df3, .npy or .raw");
+  write_bytes(folder / "a.obj", "v 0 0 0");
   expect_mentions(error_of([&] { read_volume_directory(folder / "a.obj"); }), "extension \".obj\"");
   expect_mentions(error_of([&] { write("a.npy", {blob(), blob("b")}); }), "choose one with --grid");
   expect_mentions(error_of([&] { write("a.npy", {make_grid()}); }), "is empty (0 active voxels)");

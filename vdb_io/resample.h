@@ -1,0 +1,31 @@
+#pragma once
+
+#include <filesystem>
+#include <variant>
+
+#include <openvdb/openvdb.h>
+
+namespace pileus {
+
+/// New voxels: cubes of an edge in metres, or a multiple of the old edges.
+struct VoxelEdge {
+  double meters;
+};
+struct VoxelFactor {
+  double factor;
+};
+using NewVoxels = std::variant<VoxelEdge, VoxelFactor>;
+
+/// The grid on new voxels, which cover the same space: the corner of the cell of voxel 0 stays where it is. A
+/// new voxel holds the mean of the old ones that its cell covers, each by its share, where it is larger than
+/// they are (so that the integral over space is kept), else the trilinear value at its centre; whole numbers
+/// and truth values are taken from the nearest voxel. Staggered vectors become vectors at voxel centres, of
+/// no class.
+///   path: names the file in errors
+/// errors: Error(file) where the new voxels need more than the memory budget, or are no size; for types other
+/// than float, double, int32,
+///         bool and vec3s
+openvdb::GridBase::Ptr resampled_grid(const std::filesystem::path& path, const openvdb::GridBase& grid,
+                                      const NewVoxels& voxels);
+
+}  // namespace pileus
