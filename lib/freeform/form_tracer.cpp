@@ -54,7 +54,7 @@ std::unique_ptr<FormTracer::Node> FormTracer::make(const FormProgram& program, i
   } else if (auto plain = PlainForm::from(program, index)) {
     result->leaf = std::move(*plain);
   } else {
-    result->leaf = JoinedForm(program, index);
+    result->leaf = JoinedForm(part(program, index));
   }
   return result;
 }
@@ -101,6 +101,26 @@ Segments FormTracer::inside(const Node& node, const Ray& ray, const Segment& seg
       return subtract(a, b);
   }
   return {};
+}
+
+FormAtPoint FormTracer::at(const Node& node, const Vec3d& p) {
+  if (node.leaf) return std::visit([&](const auto& form) { return form.at(p); }, *node.leaf);
+  // What does not reach the point is below 0 there: nothing of a union, and nothing that is taken away.
+  const bool a_reaches = node.a->bounds.intersects(p), b_reaches = node.b->bounds.intersects(p);
+  if (node.join == Join::unite && a_reaches != b_reaches) return at(a_reaches ? *node.a : *node.b, p);
+  const FormAtPoint a = at(*node.a, p);
+  if (node.join == Join::subtract && !b_reaches) return a;
+  FormAtPoint b = at(*node.b, p);
+  if (node.join == Join::subtract) {
+    b.value = -b.value;
+    b.gradient = -b.gradient;
+  }
+  const bool takes_a = node.join == Join::unite ? a.value >= b.value : a.value <= b.value;
+  return takes_a ? a : b;
+}
+
+FormAtPoint FormTracer::at(const Vec3d& p) const {
+  return at(*m_root, p);
 }
 
 Segments FormTracer::inside(const Ray& ray, const Segment& segment, TraceWork* work) const {

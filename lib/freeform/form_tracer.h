@@ -35,9 +35,13 @@ class FormTracer {
   std::optional<double> first_crossing(const Ray& ray, const Segment& segment,
                                        TraceWork* work = nullptr) const;
 
+  /// The form near its surface: of operands of sharp joins, the one that makes the surface there.
+  FormAtPoint at(const Vec3d& p) const;
+
  private:
   struct Node;
   static std::unique_ptr<Node> make(const FormProgram& program, int index);
+  static FormAtPoint at(const Node& node, const Vec3d& p);
   Segments inside(const Node& node, const Ray& ray, const Segment& segment, TraceWork& work) const;
   void trace(const Node& leaf, const Ray& ray, const Segment& segment, const Segment& clipped,
              StretchList& found, TraceWork& work) const;

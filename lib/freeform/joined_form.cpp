@@ -1,5 +1,6 @@
 #include "lib/freeform/joined_form.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <vector>
@@ -16,9 +17,8 @@ constexpr int kMostLooks = 100'000;
 /// One ray through one form.
 class Solver {
  public:
-  Solver(const FormProgram& program, int index, const AnchoredRay& ray, const Segment& segment,
-         TraceWork& work)
-      : m_program(program), m_index(index), m_ray(ray), m_segment(segment), m_work(work) {}
+  Solver(const FormProgram& program, const AnchoredRay& ray, const Segment& segment, TraceWork& work)
+      : m_program(program), m_ray(ray), m_segment(segment), m_work(work) {}
 
   void trace(StretchList& found) {
     const double half = 0.5 * m_segment.length();
@@ -71,11 +71,11 @@ class Solver {
 
   RayRange range(const Interval& t) const {
     ++m_work.stretches;
-    return range_on_line(m_program, m_index, m_ray.point, m_ray.d, t);
+    return range_on_line(m_program, m_program.root(), m_ray.point, m_ray.d, t);
   }
   double f(double t) const {
     ++m_work.values;
-    return evaluate_at(m_program, m_index, m_ray.point + t * m_ray.d);
+    return evaluate_at(m_program, m_program.root(), m_ray.point + t * m_ray.d);
   }
 
   void tell_of_one_crossing(const Interval& t, StretchList& found) const {
@@ -107,7 +107,6 @@ class Solver {
   }
 
   const FormProgram& m_program;
-  int m_index;
   const AnchoredRay& m_ray;
   Segment m_segment;
   TraceWork& m_work;
@@ -117,12 +116,18 @@ class Solver {
 
 void JoinedForm::trace(const AnchoredRay& ray, const Segment& segment, StretchList& found,
                        TraceWork& work) const {
-  Solver(m_program, m_index, ray, segment, work).trace(found);
+  Solver(m_form.program(), ray, segment, work).trace(found);
 }
 
 void JoinedForm::subdivide(const AnchoredRay& ray, const Segment& segment, double precision,
                            StretchList& found, TraceWork& work) const {
-  Solver(m_program, m_index, ray, segment, work).subdivide(precision, found);
+  Solver(m_form.program(), ray, segment, work).subdivide(precision, found);
+}
+
+FormAtPoint JoinedForm::at(const Vec3d& p) const {
+  const double value = m_form.value(p);
+  const Interval range = m_form.range(Box3d(p));
+  return {value, m_form.gradient(p), std::max(range.hi - value, value - range.lo)};
 }
 
 }  // namespace pileus

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <utility>
+
 #include "lib/freeform/form_program.h"
+#include "lib/freeform/free_form.h"
 #include "lib/freeform/plain_form.h"
 #include "lib/freeform/quadric_on_ray.h"
 #include "lib/freeform/stretch_list.h"
@@ -11,7 +14,7 @@ namespace pileus {
 /// deformations, where nothing is a polynomial.
 class JoinedForm {
  public:
-  JoinedForm(const FormProgram& program, int index) : m_program(program), m_index(index) {}
+  explicit JoinedForm(FormProgram program) : m_form(std::move(program)) {}
 
   /// Tells where the form changes its sign on a stretch of a ray, by bounds of its value and slope (METHODS
   /// 5.3): a stretch is halved until it is decided or monotone.
@@ -21,9 +24,10 @@ class JoinedForm {
   void subdivide(const AnchoredRay& ray, const Segment& segment, double precision, StretchList& found,
                  TraceWork& work) const;
 
+  FormAtPoint at(const Vec3d& p) const;
+
  private:
-  FormProgram m_program;
-  int m_index;
+  FreeForm m_form;
 };
 
 }  // namespace pileus

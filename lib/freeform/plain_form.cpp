@@ -340,4 +340,23 @@ void PlainForm::subdivide(const AnchoredRay& ray, const Segment& segment, double
   along.subdivide(precision, found);
 }
 
+FormAtPoint PlainForm::at(const Vec3d& p) const {
+  FormAtPoint sum;
+  for (const Term& term : m_base) {
+    const TracedQuadric::AtPoint q = term.quadric.at(p);
+    sum.value += term.factor * q.value;
+    sum.gradient += term.factor * q.gradient;
+    sum.margin += std::fabs(term.factor) * (q.margin + kUnit * std::fabs(q.value));
+  }
+  for (const Term& term : m_perturbations) {
+    if (!term.quadric.may_be_positive(p)) continue;
+    const TracedQuadric::AtPoint q = term.quadric.at(p);
+    const double most = std::max(0.0, q.value + q.margin), positive = std::max(0.0, q.value);
+    sum.value += term.factor * positive * positive * positive;
+    sum.gradient += 3 * term.factor * positive * positive * q.gradient;
+    sum.margin += 3 * std::fabs(term.factor) * most * most * (q.margin + kUnit * most);
+  }
+  return sum;
+}
+
 }  // namespace pileus

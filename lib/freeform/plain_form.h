@@ -17,6 +17,13 @@ struct TraceWork {
   int64_t values = 0;     ///< of the function, computed to refine a crossing
 };
 
+/// A form at a point, and how far rounding may carry its value there.
+struct FormAtPoint {
+  double value = 0.0;
+  Vec3d gradient{0.0};  ///< [1/m]
+  double margin = 0.0;
+};
+
 /// A form without joins and deformations: sum w_j Q_j + sum f_i max(0, Q_i)³. Morphs of such forms are one,
 /// too. Along a ray it is a polynomial in pieces: of degree 2 where no perturbation acts, else of degree 6.
 /// ref: METHODS 5.1
@@ -33,6 +40,9 @@ class PlainForm {
   /// The documents' binary subdivision: halves whatever bounds cannot decide, down to `precision` [m].
   void subdivide(const AnchoredRay& ray, const Segment& segment, double precision, StretchList& found,
                  TraceWork& work) const;
+
+  /// The form at a point; perturbations that do not act there cost next to nothing.
+  FormAtPoint at(const Vec3d& p) const;
 
  private:
   struct Term {

@@ -145,4 +145,14 @@ QuadraticOnRay TracedQuadric::along(const AnchoredRay& ray, const Segment& withi
   return q;
 }
 
+TracedQuadric::AtPoint TracedQuadric::at(const Vec3d& p) const {
+  const Vec3d w = p - m_center;
+  const Vec3d x(dot(m_rows[0], w), dot(m_rows[1], w), dot(m_rows[2], w));
+  const Vec3d slope = m_q.gradient(x), size = absolute(x);
+  constexpr double unit = kRoundings * kDoubleRoundoff;
+  const double moved = unit * length(w) * dot(m_absolute.gradient(size), m_row_lengths);
+  return {m_q.value(x), slope.x * m_rows[0] + slope.y * m_rows[1] + slope.z * m_rows[2],
+          unit * m_absolute.value(size) + moved};
+}
+
 }  // namespace pileus

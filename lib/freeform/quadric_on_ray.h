@@ -63,6 +63,17 @@ class TracedQuadric {
   /// False where q > 0 nowhere on the ray: {q > 0} lies in a ball that the ray does not meet.
   bool may_be_positive(const AnchoredRay& ray) const;
 
+  /// The same of a point.
+  bool may_be_positive(const Vec3d& p) const { return !((p - m_ball_center).length2() > m_ball_square); }
+
+  /// The quadric at a point, and how far rounding may carry its value there.
+  struct AtPoint {
+    double value;
+    Vec3d gradient;  ///< [1/m]
+    double margin;
+  };
+  AtPoint at(const Vec3d& p) const;
+
   /// The quadric along a ray, its parameter counted from the point of `within` that is nearest to the
   /// quadric's centre, in its own coordinates.
   QuadraticOnRay along(const AnchoredRay& ray, const Segment& within) const;

@@ -67,23 +67,23 @@ struct FreeFormObject final : FormedShape {
   std::optional<SurfaceHit> intersect(const Ray& ray, Segment segment) const override {
     const std::optional<double> t = m_tracer->first_crossing(ray, segment);
     if (!t) return std::nullopt;
-    const Vec3d p = ray.at(*t), inwards = m_solid.gradient(p);
-    const double steepness = length(inwards);
+    const Vec3d p = ray.at(*t);
+    const FormAtPoint form = m_tracer->at(p);
+    const double steepness = length(form.gradient);
     const double scale = length(ray.o) + std::fabs(*t) + length(p);
     // On an edge where the form has no gradient the side of the ray is all that is known.
     if (!(steepness > 0.0) || !std::isfinite(steepness)) return SurfaceHit{*t, -ray.d, surface_error(scale)};
-    const Vec3d n = dot(inwards, ray.d) > 0.0 ? -inwards / steepness : inwards / steepness;
+    const Vec3d n = (dot(form.gradient, ray.d) > 0.0 ? -1.0 : 1.0) / steepness * form.gradient;
     // As far as the value is from 0, with its own rounding.
-    const double off = m_solid.range(Box3d(p)).magnitude() / steepness;
-    return SurfaceHit{*t, n, surface_error(scale) + off};
+    return SurfaceHit{*t, n, surface_error(scale) + (std::fabs(form.value) + form.margin) / steepness};
   }
 
   /// Where rays towards the light begin or cease to meet the solid: looked for at equal distances in the
-  /// stretch that the shadow of the bounds covers, then halved. Narrower shadows are left to the quadrature.
-  void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const override {
+  /// stretch that the shadow of the bounds covers, then halved. Narrower shadows may be missed.
+  bool append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const override {
     constexpr int kLooks = 64, kHalvings = 48;
     const Segment stretch = stretch_in_shadow_of_bounds(ray, light);
-    if (stretch.empty()) return;
+    if (stretch.empty()) return true;
     const auto at = [&](double share) { return stretch.t0 + share * stretch.length(); };
     bool was_shadowed = is_shadowed(ray.at(at(0.0)), light);
     for (int look = 1; look <= kLooks; ++look) {
@@ -98,6 +98,7 @@ struct FreeFormObject final : FormedShape {
       }
       was_shadowed = shadowed;
     }
+    return false;
   }
 
   Box3d bounds() const override { return m_solid.bounds(); }

@@ -1,5 +1,7 @@
 #include <array>
 
+#include "lib/freeform/form_tracer.h"
+#include "lib/freeform/shapes.h"
 #include "lib/math/roots.h"
 #include "tests/hard_cases/hard_cases.h"
 
@@ -33,6 +35,11 @@ struct Quadric {
     return quadratic_roots(a, b, c);
   }
 };
+
+/// z² - x² - y²
+pileus::Quadric cone_along_z() {
+  return cone({0, 0, 0}, {0, 0, 1}, 1, 1);
+}
 
 template <class T>
 Vec<T> vec(double x, double y, double z) {
@@ -79,6 +86,11 @@ void add_roots_checks(Checks& checks) {
     const Quadric<T> cylinder{vec<T>(-1, -1, 0), Vec<T>(0), 1};
     const std::vector<T> o = row.inputs<T>("o"), d = row.inputs<T>("d");
     EXPECT_EQ(cylinder.hits({o[0], o[1], o[2]}, {d[0], d[1], d[2]}).count, 0);
+    const Ray ray{{double(o[0]), double(o[1]), double(o[2])}, {double(d[0]), double(d[1]), double(d[2])}};
+    const Segments all = inside(pileus::cylinder({0, 0, 0}, {0, 0, 1}, 1), ray, {0, 100});
+    ASSERT_EQ(all.size(), 1u) << "inside everywhere";
+    EXPECT_EQ(all[0].t0, 0.0);
+    EXPECT_EQ(all[0].t1, 100.0);
   });
   checks.add({"ROO-25"}, []<class T>(T, const HardCase& row) {
     // A double root that rounding may split or lose; whatever is found lies near it.
@@ -86,12 +98,27 @@ void add_roots_checks(Checks& checks) {
     for (const T t : cone.hits(vec<T>(0.6, 0, -2), vec<T>(-0.287347885566346, 0, 0.957826285221151))) {
       EXPECT_NEAR(t, row.expected_list("roots")[0], 1e-3);
     }
+    // Inside before the apex and after it, with or without a gap.
+    const Ray ray{{0.6, 0, -2}, {-0.287347885566346, 0, 0.957826285221151}};
+    const Segments parts = inside(cone_along_z(), ray, {0, 10});
+    ASSERT_TRUE(parts.size() == 1 || parts.size() == 2);
+    EXPECT_EQ(parts.front().t0, 0.0);
+    EXPECT_EQ(parts.back().t1, 10.0);
+    if (parts.size() == 2) {
+      for (const double t : {parts[0].t1, parts[1].t0})
+        EXPECT_NEAR(t, double(row.expected_list("roots")[0]), 1e-3);
+    }
   });
   checks.add({"ROO-26"}, []<class T>(T, const HardCase& row) {
     const Quadric<T> paraboloid{vec<T>(-1, -1, 0), vec<T>(0, 0, 1), 0};
     const Roots<T> hits = paraboloid.hits(vec<T>(1, 1, 10), vec<T>(0, 0, -1));
     ASSERT_EQ(hits.count, 1);
     EXPECT_NEAR(hits.t[0], row.expected_list("roots")[0], row.tolerance<T>(0));
+    const Segments parts =
+        inside(pileus::paraboloid({0, 0, 0}, {0, 0, 1}, 1, 1), {{1, 1, 10}, {0, 0, -1}}, {0, 100});
+    ASSERT_EQ(parts.size(), 1u);
+    EXPECT_EQ(parts[0].t0, 0.0);
+    EXPECT_NEAR(parts[0].t1, double(row.expected_list("roots")[0]), 1e-14);
   });
   checks.add({"ROO-27"}, []<class T>(T, const HardCase& row) {
     const T half_sqrt2 = parse<T>("0.70710678118654752");
@@ -101,6 +128,12 @@ void add_roots_checks(Checks& checks) {
     ASSERT_TRUE(first.has_value());
     const long double expected = row.expected_list("roots_exact_asymptote")[0];
     EXPECT_NEAR(*first, expected, row.tolerance<T>(expected));
+    const double s = double(half_sqrt2);
+    const Ray ray{Vec3d(2, 0, 0) - 5.0 * Vec3d(s, 0, s), {s, 0, s}};
+    const Segments parts = inside(hyperboloid_of_one_sheet({0, 0, 0}, {0, 0, 1}, 1, 1), ray, {0, 100});
+    ASSERT_EQ(parts.size(), 1u) << "the second root lies beyond";
+    EXPECT_EQ(parts[0].t0, 0.0);
+    EXPECT_NEAR(parts[0].t1, 5 + double(expected), double(row.tolerance<T>(expected)));
   });
 }
 
