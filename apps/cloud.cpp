@@ -1,6 +1,7 @@
 #include "vdb_io/volumes/cloud.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cstdio>
 #include <filesystem>
 #include <map>
@@ -51,10 +52,13 @@ struct CloudCommand {
   void build_sequence() const;
   void build_file(const std::filesystem::path& file, double frame_number,
                   const std::string& progress_note) const;
+  openvdb::FloatGrid::Ptr build_density(const Named<CloudVolume>& named, const ProceduralCloud& cloud,
+                                        const std::string& progress_note) const;
   std::vector<openvdb::GridBase::ConstPtr> build(const Named<CloudVolume>& named, const FreeForms& freeforms,
                                                  const std::string& progress_note) const;
   CloudGridOptions options_of(const CloudVolume& volume) const;
   void report(const std::filesystem::path& file, const openvdb::GridBase& grid) const;
+  void report(const std::string& name, const CloudBuildCounters& counters, double seconds) const;
 };
 
 /// The scene's volumes of type `cloud`.
@@ -85,17 +89,31 @@ CloudGridOptions CloudCommand::options_of(const CloudVolume& volume) const {
   return options;
 }
 
+openvdb::FloatGrid::Ptr CloudCommand::build_density(const Named<CloudVolume>& named,
+                                                    const ProceduralCloud& cloud,
+                                                    const std::string& progress_note) const {
+  CloudGridOptions options = options_of(*named.object);
+  CloudBuildCounters counters;
+  openvdb::FloatGrid::Ptr density;
+  const auto start = std::chrono::steady_clock::now();
+  {
+    ProgressBar bar("building " + named.name + progress_note, quiet);
+    options.progress = [&](double share) {
+      bar.update(share);
+      return !is_interrupted();
+    };
+    density = build_cloud(cloud, options, &counters);
+  }
+  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
+  if (!quiet) report(named.name, counters, seconds.count());
+  return density;
+}
+
 std::vector<openvdb::GridBase::ConstPtr> CloudCommand::build(const Named<CloudVolume>& named,
                                                              const FreeForms& freeforms,
                                                              const std::string& progress_note) const {
   const ProceduralCloud cloud = named.object->cloud(freeforms);
-  CloudGridOptions options = options_of(*named.object);
-  ProgressBar bar("building " + named.name + progress_note, quiet);
-  options.progress = [&](double share) {
-    bar.update(share);
-    return !is_interrupted();
-  };
-  const openvdb::FloatGrid::Ptr density = build_cloud(cloud, options);
+  const openvdb::FloatGrid::Ptr density = build_density(named, cloud, progress_note);
   std::vector<openvdb::GridBase::ConstPtr> built;
   const CloudFields fields(named.object->fields, cloud);
   for (const std::string& name : grids) {
@@ -129,6 +147,15 @@ void CloudCommand::check() const {
 void CloudCommand::report(const std::filesystem::path& file, const openvdb::GridBase& grid) const {
   fmt::print("{}: {}, {} active voxels of {} m\n", file.string(), grid.getName(), grid.activeVoxelCount(),
              grid.voxelSize().x());
+}
+
+void CloudCommand::report(const std::string& name, const CloudBuildCounters& counters, double seconds) const {
+  const auto percent = [&](int64_t count) { return 100 * double(count) / double(counters.voxels); };
+  fmt::print(
+      "{}: {:.3g} million voxels in {:.2f} s: bounds found {:.1f} % empty and {:.1f} % full, {:.1f} % "
+      "were evaluated; {:.1f} % of the empty ones never were\n",
+      name, double(counters.voxels) / 1e6, seconds, percent(counters.empty_by_bound),
+      percent(counters.full_by_bound), percent(counters.evaluated), 100 * counters.share_of_empty_by_bound());
 }
 
 void CloudCommand::build_file(const std::filesystem::path& file, double frame_number,

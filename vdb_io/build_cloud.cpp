@@ -15,6 +15,7 @@
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
 #include "lib/core/version.h"
+#include "vdb_io/cloud_leaf.h"
 #include "vdb_io/cloud_nodes.h"
 #include "vdb_io/openvdb_library.h"
 
@@ -151,11 +152,8 @@ struct LeafSink : NodeCounts {
 
   void undecided(const VoxelNode& node, const CloudRegion& region) {
     std::array<float, Leaf::SIZE> rho;
-    counters.noise_points += region.densities(nodes.points(node), rho);
-    counters.evaluated += range.count_in(node);
-    const auto zeros = std::count(rho.begin(), rho.end(), 0.0f);
-    counters.evaluated_empty += zeros - (int64_t(Leaf::SIZE) - range.count_in(node));
-    if (zeros == std::ptrdiff_t(Leaf::SIZE)) return;
+    CloudLeaf(nodes, node, region).evaluate(rho, counters);
+    if (std::all_of(rho.begin(), rho.end(), [](float value) { return value == 0.0f; })) return;
     const bool is_full = std::all_of(rho.begin(), rho.end(), [](float value) { return value == 1.0f; });
     if (is_full) return full_nodes.push_back(node);
     auto leaf = std::make_unique<Leaf>(node.origin, 0.0f);

@@ -24,6 +24,12 @@ struct CloudBuildCounters {
   int64_t evaluated = 0;        ///< the free form was evaluated
   int64_t evaluated_empty = 0;  ///< of those, how many hold 0
   int64_t noise_points = 0;     ///< points at which a part of the noise was computed
+
+  /// How many of the empty voxels bounds decided, 0 .. 1; 1 where none is empty.
+  double share_of_empty_by_bound() const {
+    const int64_t empty = empty_by_bound + evaluated_empty;
+    return empty == 0 ? 1.0 : double(empty_by_bound) / double(empty);
+  }
 };
 
 /// Samples a cloud into a sparse fog volume "density" with background 0. Voxel (i, j, k) holds the density at

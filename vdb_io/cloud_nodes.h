@@ -21,8 +21,11 @@ struct VoxelRange {
 
   int64_t count() const;
 
-  /// How many voxels of a node lie in the range.
-  int64_t count_in(const VoxelNode& node) const;
+  /// How many voxels of another range, or of a node, lie in this one.
+  int64_t count_in(const VoxelRange& other) const;
+  int64_t count_in(const VoxelNode& node) const {
+    return count_in(VoxelRange{node.origin, node.origin.offsetBy(node.edge - 1)});
+  }
 };
 
 /// The nodes of a cloud on a grid: halves them until bounds of the density decide what they hold.
@@ -34,8 +37,11 @@ class CloudNodes {
 
   const VoxelRange& range() const { return m_range; }
 
-  /// The points of a node's voxels [m].
-  PointLattice points(const VoxelNode& node) const;
+  /// The points of the voxels of a block [m].
+  PointLattice points(const openvdb::Coord& first, const Vec3i& size) const;
+
+  /// A box around the centres of the voxels of a node [m].
+  Box3d box(const VoxelNode& node) const;
 
   /// Calls sink.empty(node), sink.full(node) (density 1) or sink.undecided(node, region) for parts of a node
   /// that cover it, in a fixed order; undecided ones have the edge `finest`.
@@ -45,9 +51,6 @@ class CloudNodes {
   }
 
  private:
-  /// The part of a node that may hold density, as a box around the centres of its voxels [m].
-  Box3d box(const VoxelNode& node) const;
-
   template <class Sink>
   void decide(const VoxelNode& node, const CloudRegion& region, int finest, Sink& sink) const {
     if (region.is_empty()) return sink.empty(node);

@@ -9,15 +9,13 @@
 #include "lib/math/vec.h"
 #include "lib/noise/fbm.h"
 #include "lib/noise/octave_sum.h"
-#include "lib/noise/perlin.h"
 
 namespace pileus {
 
-/// The noise of a cloud: n(p), 0 .. 1, from a sum of octaves s(q) at q = (p - offset) / stretch + warp:
+/// The noise of a cloud: n(p), 0 .. 1, from a sum of octaves s(q) at q = (p - offset) / stretch:
 ///   billow  n = min(1, s),  fbm  n = clamp(1/2 + s),  ridged  n = s
-/// n rises with s, so that bounds of the sum are bounds of n, and octaves that are still missing bound what
-/// it can become. The octaves are those of Fbm, but that evolution displaces each in a direction of its own.
-/// threads: const, safe from many threads
+/// where Fbm gives s and its warp. n rises with s, so that bounds of the sum are bounds of n, and octaves
+/// that are still missing bound what it can become. threads: const, safe from many threads
 class CloudNoise {
  public:
   /// frequency: of the first octave [1/m], in the place of the recipe's
@@ -31,10 +29,13 @@ class CloudNoise {
 
   // The sum bit by bit.
 
-  size_t octaves() const { return m_octaves.size(); }
+  size_t octaves() const { return m_fbm.octaves().size(); }
 
-  /// Bounds of octave i in a box of world space.
-  Interval octave_range(size_t i, const Box3d& box_world) const;
+  /// A box that holds the places where the octaves are read for points of a box of world space.
+  Box3d pattern_box(const Box3d& box_world) const;
+
+  /// Bounds of octave i where it is read in a box of the pattern.
+  Interval octave_range(size_t i, const Box3d& pattern_box) const;
 
   /// Bounds of all octaves from i on, anywhere. They hold 0.
   const Interval& rest(size_t i) const { return m_rests[i]; }
@@ -51,10 +52,8 @@ class CloudNoise {
   Interval level(const Interval& sum) const { return {level(sum.lo), level(sum.hi)}; }
 
  private:
-  double sum(const Vec3d& p_world) const;
-  Vec3d pattern_point(const Vec3d& p_world) const;  ///< q
-  Vec3d warp(const Vec3d& q) const;
-  Box3d pattern_box(const Box3d& box_world) const;
+  double sum(const Vec3d& p_world) const { return m_fbm.value(m_kind, pattern_point(p_world)); }
+  Vec3d pattern_point(const Vec3d& p_world) const { return (p_world - m_offset) / m_stretch; }  ///< q
 
   /// Octaves at the points of a lattice, none of it stretched, moved or warped.
   void lattice_sums(OctaveSum kind, std::span<const NoiseOctave> octaves, const PointLattice& points,
@@ -62,13 +61,10 @@ class CloudNoise {
   std::vector<Vec3d> warped_points(const PointLattice& still) const;
 
   OctaveSum m_kind;
-  PerlinNoise m_noise;
-  std::vector<NoiseOctave> m_octaves;
+  Fbm m_fbm;
   std::vector<Interval> m_rests;
   double m_base;
   Vec3d m_offset, m_stretch;
-  double m_warp;            ///< [m of q]
-  double m_warp_frequency;  ///< [1/m of q]
 };
 
 }  // namespace pileus

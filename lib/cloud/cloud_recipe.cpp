@@ -53,8 +53,9 @@ void CloudNoiseRecipe::describe(ParamTable& params) {
   params.integer("seed", seed, "another number, another cloud").at_least(0);
   params.vector("stretch", stretch, "", "features are longer by this along x, y and z").above(0).at_most(1e3);
   params.vector("offset", offset, "m", "moves the pattern: what drift animates");
-  params.number("evolution", evolution, "cells", "lets the octaves drift apart: what boiling animates");
-  params.number("warp", warp, "cells", "how far a slow noise displaces the pattern").at_least(0).at_most(4);
+  params.number("evolution", evolution, "turns",
+                "the pattern flows in place and is the same again after a whole turn: what boiling animates");
+  params.number("warp", warp, "cells", "how far noise displaces the pattern").at_least(0).at_most(4);
 }
 
 CloudRecipe::CloudRecipe() {

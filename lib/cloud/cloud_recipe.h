@@ -21,8 +21,8 @@ struct CloudNoiseRecipe {
   int seed = 0;
   Vec3d stretch{1.0, 1.0, 1.0};  ///< how much longer than their nominal size features are along x, y and z
   Vec3d offset{0.0, 0.0, 0.0};   ///< the pattern is moved by this [m]
-  double evolution = 0.0;        ///< octaves drift apart by this [cells of each octave]
-  double warp = 0.0;  ///< [cells of the coarsest octave]: how far a slow noise displaces the pattern
+  double evolution = 0.0;        ///< flow in place [turns of the first octave], as in FbmParams
+  double warp = 0.0;             ///< [cells of the first octave]: how far noise displaces the pattern
 
   void describe(ParamTable& params);
 };

@@ -163,6 +163,7 @@ Interval CloudRegion::frayed_range(const Interval& coverage, const Box3d& box_wo
                full = formula.saturation() + margin;
   if (coverage.hi <= empty) return {-1, coverage.hi};  // noise only takes away
 
+  const Box3d pattern = noise.pattern_box(box_world);
   Interval frayed;
   Interval sum;  // of the octaves so far
   for (size_t i = 0;; ++i) {
@@ -171,7 +172,7 @@ Interval CloudRegion::frayed_range(const Interval& coverage, const Box3d& box_wo
     if (m_cloud->m_detail) frayed.lo = formula.frayed(frayed.lo, 0.0);
     const bool is_decided = frayed.hi <= empty || frayed.lo > full;
     if (is_decided || i == noise.octaves()) break;
-    sum = sum + noise.octave_range(i, box_world);
+    sum = sum + noise.octave_range(i, pattern);
   }
   return {frayed.lo - margin, frayed.hi + margin};
 }

@@ -85,8 +85,20 @@ class Fbm {
   ///   bounds: cubes.size(), as NoiseBlock lays them out
   void bound(OctaveSum kind, const NoiseBlock& cubes, std::span<Interval> bounds) const;
 
- private:
+  // What sums are made of, for those who add it up piece by piece with the functions of
+  // lib/noise/kernels/noise_kernel.h.
+
+  const NoiseTables& tables() const { return m_noise.tables(); }
+
+  /// Octaves of the sum, the coarsest first.
+  std::span<const NoiseOctave> octaves() const { return m_octaves; }
+
   bool is_warped() const { return m_warp != 0; }
+
+  /// Octaves, of kind fbm, of the displacement along an axis [m]; none without warp.
+  std::span<const NoiseOctave> warp_octaves(int axis) const { return m_warp_octaves[axis]; }
+
+ private:
   template <class Places>
   void evaluate_warped(OctaveSum kind, const Places& places, std::vector<Vec3d> points,
                        std::span<float> values, std::span<Vec3f> gradients) const;

@@ -74,6 +74,14 @@ TEST_F(CloudProgram, keeps_to_limits) {
   EXPECT_NE(output({"cloud", "cloud.toml", "-o", "b.vdb", "--max-bytes", "4MB"}), "");
 }
 
+TEST_F(CloudProgram, tells_what_bounds_saved) {
+  write("cloud.toml", kCloud);
+  const std::string told = output({"cloud", "cloud.toml", "-o", "a.vdb"});
+  EXPECT_NE(told.find("bounds found"), std::string::npos) << told;
+  EXPECT_NE(told.find("% of the empty ones never were"), std::string::npos) << told;
+  EXPECT_EQ(output({"cloud", "cloud.toml", "-o", "a.vdb", "--quiet"}), "");
+}
+
 TEST_F(CloudProgram, refuses_sequences_that_make_no_sense) {
   write("cloud.toml", kCloud);
   EXPECT_EQ(run({"cloud", "cloud.toml", "-o", "a.%04d.vdb"}).exit_code, 2);

@@ -1,7 +1,6 @@
 // Hunts for points where a cloud's density leaves its bounds. PILEUS_HUNT multiplies the number of points.
 #include <array>
 #include <cmath>
-#include <cstdlib>
 #include <vector>
 
 #include <gtest/gtest.h>
@@ -10,15 +9,11 @@
 #include "lib/cloud/cloud_region.h"
 #include "lib/cloud/procedural_cloud.h"
 #include "lib/freeform/shapes.h"
+#include "tests/fixtures/hunt.h"
 #include "tests/fixtures/random_clouds.h"
 
 namespace pileus {
 namespace {
-
-int hunted(int count) {
-  const char* factor = std::getenv("PILEUS_HUNT");
-  return factor ? count * std::atoi(factor) : count;
-}
 
 /// The range by the scalar function and by the batch at the points of a box.
 void expect_within(const CloudRegion& region, const ProceduralCloud& cloud, const Box3d& box,
@@ -55,6 +50,48 @@ TEST(CloudBounds, hold_for_random_recipes_and_boxes) {
   }
   EXPECT_GT(decided, clouds);
   EXPECT_LT(decided, clouds * boxes);
+}
+
+TEST(CloudBounds, hold_for_noise) {
+  RandomClouds random(24);
+  double narrow = 0;
+  const int noises = hunted(400), boxes = 5, points = 10;
+  std::array<float, 64> sums;
+  for (int n = 0; n < noises; ++n) {
+    const double frequency = std::pow(10.0, random.uniform(-2, 2));
+    const CloudNoise noise(random.noise(), frequency);
+    for (int b = 0; b < boxes; ++b) {
+      const double edge = std::pow(10.0, random.uniform(-4, 1)) / frequency;
+      const Vec3d at = random.point(random.chance(0.1) ? 1e5 : 10);
+      const Box3d box(at, at + Vec3d(edge, edge * random.uniform(0, 1), edge * random.uniform(0, 1)));
+      const Interval range = noise.range(box);
+      narrow += range.width() < 0.5;
+      for (int i = 0; i < points; ++i) {
+        const Vec3d p = random.point_in(box);
+        ASSERT_TRUE(range.contains(noise.value(p))) << p << ": " << noise.value(p);
+      }
+      noise.octave_sums(0, noise.octaves(), {box.min, box.size() / 3.0, Vec3i(4)}, sums);
+      for (const float sum : sums) ASSERT_TRUE(range.contains(double(noise.level(sum)))) << noise.level(sum);
+    }
+  }
+  EXPECT_GT(narrow, 0.2 * noises * boxes);
+}
+
+TEST(CloudBounds, hold_for_widened_and_sheared_shapes) {
+  RandomClouds random(25);
+  for (int n = 0; n < hunted(200); ++n) {
+    const CloudRecipe recipe = random.recipe();
+    const CloudShape shape(recipe, random.cloud_form());
+    for (int b = 0; b < 10; ++b) {
+      const Box3d box = random.box_near(shape.bounds()), form_box = shape.form_box(box);
+      for (int i = 0; i < 10; ++i) {
+        const Vec3d p = random.point_in(box), q = shape.form_point(p);
+        ASSERT_TRUE(form_box.intersects(q)) << p << " becomes " << q;
+        const bool may_be_inside = shape.form().bounds().intersects(q);
+        ASSERT_TRUE(!may_be_inside || shape.bounds().intersects(p)) << p << " becomes " << q;
+      }
+    }
+  }
 }
 
 TEST(CloudBounds, hold_for_parts_of_parts) {

@@ -9,6 +9,7 @@
 
 #include "lib/core/error.h"
 #include "lib/image/exr_io.h"
+#include "tests/fixtures/hunt.h"
 #include "tests/fixtures/temp_folder.h"
 
 namespace pileus {
@@ -114,7 +115,7 @@ TEST(PictureMap, ranges_hold_for_planes_and_spheres) {
   };
   const auto file = pictures.write(37, 21, [&](int, int) { return Rgb(uniform(0, 1), 0, 0); });
   int tight = 0;
-  for (int n = 0; n < 60; ++n) {
+  for (int n = 0; n < hunted(60); ++n) {
     PictureMapRecipe recipe = recipe_of(file);
     recipe.projection = n % 2 ? "spherical" : "planar";
     recipe.axis = {uniform(-1, 1), uniform(-1, 1), uniform(-1, 1)};

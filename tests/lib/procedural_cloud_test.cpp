@@ -93,6 +93,24 @@ TEST(ProceduralCloud, agrees_with_its_definition) {
   EXPECT_GT(between, 100);
 }
 
+TEST(ProceduralCloud, boils_in_place_and_is_the_same_again_after_a_turn) {
+  const auto cloud_at = [](double evolution) {
+    CloudRecipe recipe;
+    recipe.noise.evolution = evolution;
+    return ProceduralCloud(recipe, blob());
+  };
+  const ProceduralCloud still = cloud_at(0), later = cloud_at(0.25), whole_turn = cloud_at(1);
+  std::mt19937_64 random(11);
+  std::uniform_real_distribution<double> coordinate(-1.5, 1.5);
+  int changed = 0;
+  for (int n = 0; n < 500; ++n) {
+    const Vec3d p = Vec3d(0, 1.6, 0) + Vec3d(coordinate(random), coordinate(random), coordinate(random));
+    EXPECT_NEAR(whole_turn.density(p), still.density(p), 1e-12);
+    changed += std::fabs(later.density(p) - still.density(p)) > 0.05;
+  }
+  EXPECT_GT(changed, 50);
+}
+
 TEST(ProceduralCloud, is_zero_outside_the_free_form_and_below_the_base) {
   const ProceduralCloud cloud(CloudRecipe{}, blob());
   std::mt19937_64 random(10);
