@@ -37,8 +37,10 @@ CloudRecipe cumulonimbus() {
   recipe.noise.cells = 3.2;
   recipe.noise.gain = 0.5;
   recipe.noise.octaves = 7;
-  recipe.height_profile = {{0.03, 0}, {0.07, 1}, {1, 1}};
-  recipe.width_profile = {{0, 0.5}, {0.25, 0.62}, {0.55, 0.5}, {0.72, 0.52}, {0.82, 0.85}, {0.9, 1}, {1, 1}};
+  recipe.height_profile = {{0.06, 0}, {0.1, 1}, {0.8, 1}, {1, 0.8}};
+  recipe.width_profile = {{0, 0.5},     {0.2, 0.6},   {0.5, 0.5}, {0.66, 0.45},
+                          {0.77, 0.62}, {0.85, 0.95}, {0.92, 1},  {1, 0.95}};
+  recipe.detail_erosion = 0.3;
   recipe.edge = 0.4;
   recipe.erosion = 1.0;
   return recipe;
@@ -48,12 +50,12 @@ CloudRecipe cumulonimbus() {
 CloudRecipe cirrus() {
   CloudRecipe recipe;
   recipe.noise.type = "ridged";
-  recipe.noise.cells = 0.68;
-  recipe.noise.stretch = {7, 1, 1};
-  recipe.noise.warp = 0.8;
+  recipe.noise.cells = 0.6;
+  recipe.noise.stretch = {5, 1, 1.2};
+  recipe.noise.warp = 1.2;
   recipe.noise.octaves = 7;
-  recipe.noise.gain = 0.6;
-  recipe.erosion = 2.4;
+  recipe.noise.gain = 0.68;
+  recipe.erosion = 3.8;
   recipe.height_profile = {{0, 0}, {0.5, 1}, {1, 0}};
   recipe.edge = 1;
   recipe.threshold = 0.05;
@@ -94,8 +96,9 @@ CloudRecipe contrail() {
 /// The smoke of an explosion: cauliflower all around, dense to the rim.
 CloudRecipe explosion() {
   CloudRecipe recipe;
+  recipe.noise.cells = 3;
   recipe.noise.octaves = 7;
-  recipe.noise.gain = 0.6;
+  recipe.noise.gain = 0.62;
   recipe.height_profile = {{0, 1}};
   recipe.edge = 0.5;
   recipe.erosion = 1.0;
