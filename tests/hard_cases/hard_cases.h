@@ -156,5 +156,6 @@ void add_roots_checks(Checks& checks);
 void add_forms_checks(Checks& checks);
 void add_trilinear_checks(Checks& checks);
 void add_shading_checks(Checks& checks);
+void add_terrain_checks(Checks& checks);
 
 }  // namespace pileus::hard_cases

@@ -17,6 +17,7 @@ const Checks& checks() {
     add_forms_checks(made);
     add_trilinear_checks(made);
     add_shading_checks(made);
+    add_terrain_checks(made);
     return made;
   }();
   return all;
@@ -26,7 +27,9 @@ const Checks& checks() {
 const std::map<std::string, std::string>& unchecked() {
   static const std::map<std::string, std::string> reasons{
       {"FOG", "fog is a medium like any other; no closed form of a fade factor or a lit layer is used"},
-      {"HMP", "there is no terrain yet"},
+      {"HMP-01", "rays descend the pyramid from its top: no level is chosen by the length of a footprint"},
+      {"HMP-06", "heights are bilinear"},
+      {"HMP-08", "a block is judged as a whole: no footprint ever straddles blocks"},
       {"OCT", "opacities are never averaged over an octree: OCT-08 shows the bias"},
       {"DDA", "not a matter of arithmetic alone: belongs to the traversal of grids"},
       {"RAD", "not a matter of arithmetic alone: belongs to the integrators"},

@@ -1,5 +1,8 @@
 #include "lib/image/pictures/pictures.h"
 
+#include <algorithm>
+#include <vector>
+
 #include <OpenImageIO/imageio.h>
 
 #include "lib/core/version.h"
@@ -49,7 +52,38 @@ class OiioReader final : public PictureReader {
     return is_read && reason.empty();
   }
 
+  bool read_numbers(float* values, std::string& reason) override {
+    switch (m_input->spec().format.basetype) {
+      case OIIO::TypeDesc::UINT8:
+        return read_as<uint8_t>(values, reason);
+      case OIIO::TypeDesc::INT8:
+        return read_as<int8_t>(values, reason);
+      case OIIO::TypeDesc::UINT16:
+        return read_as<uint16_t>(values, reason);
+      case OIIO::TypeDesc::INT16:
+        return read_as<int16_t>(values, reason);
+      case OIIO::TypeDesc::UINT32:
+        return read_as<uint32_t>(values, reason);
+      case OIIO::TypeDesc::INT32:
+        return read_as<int32_t>(values, reason);
+      case OIIO::TypeDesc::DOUBLE:
+        return read_as<double>(values, reason);
+      default:
+        return read(values, reason);
+    }
+  }
+
  private:
+  template <class Stored>
+  bool read_as(float* values, std::string& reason) {
+    const size_t channels = m_header.channels.size();
+    std::vector<Stored> stored(size_t(m_header.width) * size_t(m_header.height) * channels);
+    const bool is_read = m_input->read_image(0, 0, 0, int(channels), m_input->spec().format, stored.data());
+    reason = m_input->geterror();
+    std::transform(stored.begin(), stored.end(), values, [](Stored value) { return float(value); });
+    return is_read && reason.empty();
+  }
+
   std::unique_ptr<OIIO::ImageInput> m_input;
   PictureHeader m_header;
 };

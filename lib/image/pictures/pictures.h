@@ -35,6 +35,9 @@ class PictureReader {
   /// Reads values[height][width][channels] as stored, 1 being the largest integer; false with a reason where
   /// the file is damaged.
   virtual bool read(float* values, std::string& reason) = 0;
+
+  /// The same with whole numbers as they are, -9999 and 65535 included.
+  virtual bool read_numbers(float* values, std::string& reason) = 0;
 };
 
 struct PngPicture {

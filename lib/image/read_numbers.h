@@ -1,0 +1,20 @@
+#pragma once
+
+#include <filesystem>
+#include <vector>
+
+namespace pileus {
+
+/// A plane of numbers that are no colours, such as heights: values[y * width + x], as the file has them.
+struct NumberPlane {
+  int width = 0;
+  int height = 0;
+  std::vector<float> values;
+};
+
+/// Reads the one channel of a picture, or the grey one beside its alpha: whole numbers are not scaled, and no
+/// curve is undone. errors: Error(file) where the file is missing, damaged, no picture, has colours or is
+/// implausibly large; Error(failed) where libpileus_pictures cannot be loaded
+NumberPlane read_number_plane(const std::filesystem::path& file);
+
+}  // namespace pileus

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cmath>
+#include <filesystem>
+#include <limits>
+#include <string>
+#include <vector>
+
+#include "lib/math/lerp.h"
+
+namespace pileus {
+
+/// Where a map coordinate lies: its cell and how far in, 0 to 1.
+template <class T>
+struct MapCell {
+  int cell = 0;
+  T fraction = 0;
+};
+
+/// The cell below u, by floor: -0.25 lies in cell -1. ref: METHODS 6.2
+template <class T>
+MapCell<T> map_cell(T u) {
+  const T cell = std::floor(u);
+  return {int(cell), u - cell};
+}
+
+/// The same for a coordinate of a row of `cells` cells: beyond its ends, the nearest end.
+template <class T>
+MapCell<T> map_cell(T u, int cells) {
+  if (!(u > 0)) return {0, T(0)};
+  if (u >= T(cells)) return {cells - 1, T(1)};
+  return map_cell(u);
+}
+
+/// The four corner heights of a cell, [row][column].
+template <class T>
+struct Patch {
+  T z00, z10, z01, z11;  ///< z(column)(row)
+
+  /// Bilinear height: exact at the corners, and on an edge a function of that edge alone, so that
+  /// neighbours agree bit for bit. s along columns, r along rows, both 0 to 1.
+  T at(T s, T r) const { return lerp(lerp(z00, z10, s), lerp(z01, z11, s), r); }
+
+  /// False where a corner has no data.
+  bool has_data() const { return !std::isnan((z00 + z10) + (z01 + z11)); }
+};
+
+/// Heights at the nodes of a map: row 0 is the north edge, columns go east. NaN: no data there.
+struct HeightTable {
+  int columns = 0;  ///< nodes, >= 2
+  int rows = 0;
+  std::vector<float> heights;         ///< heights[row * columns + column] [m], or in units of the file
+  double cell_x = 1.0, cell_y = 1.0;  ///< distance of nodes along a row and along a column [m]
+
+  int cells_x() const { return columns - 1; }
+  int cells_y() const { return rows - 1; }
+
+  /// cell in [0, cells_x()) x [0, cells_y())
+  Patch<double> patch(int i, int j) const {
+    const float* z = heights.data() + size_t(j) * size_t(columns) + size_t(i);
+    return {z[0], z[1], z[columns], z[columns + 1]};
+  }
+};
+
+/// Refuses a table of fewer than 2 x 2 nodes, or one that, with its pyramid, exceeds the memory budget: ask
+/// before allocating. errors: Error(file)
+void check_table_size(const std::filesystem::path& file, int64_t columns, int64_t rows);
+
+}  // namespace pileus

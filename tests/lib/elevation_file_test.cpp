@@ -1,0 +1,87 @@
+#include "lib/terrain/elevation_file.h"
+
+#include <fstream>
+
+#include <gtest/gtest.h>
+
+#include "lib/core/error.h"
+#include "lib/core/memory_budget.h"
+#include "tests/fixtures/temp_folder.h"
+
+namespace pileus {
+namespace {
+
+const std::string kGrid = "ncols 3\nnrows 2\nxllcorner 500\nyllcorner 900\ncellsize 25\nNODATA_value -1\n";
+
+class ElevationFile : public testing::Test {
+ protected:
+  TempFolder m_folder;
+
+  std::filesystem::path write(const std::string& name, const std::string& bytes) const {
+    const std::filesystem::path file = m_folder.path() / name;
+    std::ofstream(file, std::ios::binary) << bytes;
+    return file;
+  }
+};
+
+TEST_F(ElevationFile, ascii_grids_keep_cells_and_holes) {
+  const HeightTable table = read_elevation(write("a.asc", kGrid + "1 2 3\n4 -1 6.5\n"));
+  EXPECT_EQ(table.columns, 3);
+  EXPECT_EQ(table.rows, 2);
+  EXPECT_EQ(table.cell_x, 25.0);
+  EXPECT_EQ(table.heights[5], 6.5F);
+  EXPECT_TRUE(std::isnan(table.heights[4]));
+}
+
+TEST_F(ElevationFile, srtm_tiles_have_degrees) {
+  std::string bytes("\x00\x01\x80\x00\xff\xff\x00\x10", 8);
+  const HeightTable table = read_elevation(write("N46E007.hgt", bytes));
+  EXPECT_EQ(table.heights[0], 1.0F);
+  EXPECT_TRUE(std::isnan(table.heights[1]));
+  EXPECT_EQ(table.heights[2], -1.0F);
+  EXPECT_NEAR(table.cell_x, 76840.0, 200.0) << "a degree of longitude at 46.5 N";
+  EXPECT_NEAR(table.cell_y, 111161.0, 10.0);
+}
+
+TEST_F(ElevationFile, numpy_arrays_are_read_in_both_orders) {
+  const auto npy = [&](const std::string& order) {
+    std::string header = "{'descr': '<i2', 'fortran_order': " + order + ", 'shape': (2, 3), }\n";
+    std::string head = "\x93NUMPY";
+    head += {1, 0, char(header.size()), 0};
+    return head + header + std::string("\1\0\2\0\3\0\4\0\5\0\xff\xff", 12);
+  };
+  EXPECT_EQ(read_elevation(write("c.npy", npy("False"))).heights, (std::vector<float>{1, 2, 3, 4, 5, -1}));
+  EXPECT_EQ(read_elevation(write("f.npy", npy("True"))).heights, (std::vector<float>{1, 3, 5, 2, 4, -1}));
+  const std::string whole = npy("False");
+  for (size_t n = 0; n < whole.size(); ++n) {
+    EXPECT_THROW(read_elevation(write("cut.npy", whole.substr(0, n))), Error) << n;
+  }
+}
+
+TEST_F(ElevationFile, refuses_what_is_no_table_of_heights) {
+  EXPECT_THROW(read_elevation(m_folder.path() / "missing.asc"), Error);
+  EXPECT_THROW(read_elevation(write("a.xyz", "1 2 3")), Error);
+  EXPECT_THROW(read_elevation(write("a.asc", kGrid + "1 2 3 4 5")), Error);
+  EXPECT_THROW(read_elevation(write("a.asc", kGrid + "1 2 3 4 5 6 7")), Error);
+  EXPECT_THROW(read_elevation(write("a.asc", kGrid + "1 2 3 4 x 6")), Error);
+  EXPECT_THROW(read_elevation(write("a.asc", kGrid + "-1 -1 -1 -1 -1 -1")), Error) << "nothing but holes";
+  EXPECT_THROW(read_elevation(write("a.asc", "ncols 99999999\nnrows 99999999\n1")), Error);
+  EXPECT_THROW(read_elevation(write("N46E007.hgt", "123")), Error);
+  EXPECT_THROW(read_elevation(write("tile.hgt", std::string(8, '\1'))), Error) << "no latitude";
+  EXPECT_THROW(read_elevation(write("a.tif", "II*\0garbage")), Error);
+  EXPECT_THROW(read_elevation(write("a.png", "garbage")), Error);
+}
+
+TEST_F(ElevationFile, reads_real_grids) {
+  const std::filesystem::path folder = std::filesystem::path(PILEUS_DATA_DIR) / "dem";
+  if (!std::filesystem::is_directory(folder)) GTEST_SKIP() << "no " << folder;
+  const HeightTable valley = read_elevation(folder / "orkhon_valley.asc");
+  EXPECT_EQ(valley.columns, 98);
+  EXPECT_EQ(valley.cell_y, 91.6667);
+  const HeightTable canyon = read_elevation(folder / "srtm_bigtujunga30m_utm11.tif");
+  EXPECT_EQ(canyon.columns, 1197);
+  EXPECT_NEAR(canyon.cell_x, 30.0, 1.0);
+}
+
+}  // namespace
+}  // namespace pileus
