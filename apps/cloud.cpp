@@ -4,7 +4,6 @@
 #include <chrono>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 #include <string>
@@ -35,10 +34,11 @@ namespace {
 struct CloudCommand {
   std::filesystem::path recipe, output;
   SceneOptions scene_options;  ///< --set
-  VdbWriteOptions write;
+  std::string codec = "blosc";
+  bool half = false;
   double voxel_size = 0.0;  ///< [m]; 0: as each cloud says
   int64_t max_voxels = 0;   ///< 0: as each cloud says
-  uint64_t max_bytes = 0;
+  std::string max_bytes;    ///< "": as each cloud says
   std::vector<std::string> grids{"density"};
   std::string frames;  ///< "": one file, of frame `frame`
   double frame = 0.0;
@@ -83,8 +83,8 @@ CloudGridOptions CloudCommand::options_of(const CloudVolume& volume) const {
   CloudGridOptions options = volume.grid_options();
   if (voxel_size > 0) options.voxel_size = voxel_size;
   if (max_voxels > 0) options.max_voxels = max_voxels;
-  if (max_bytes > 0) options.max_bytes = int64_t(max_bytes);
-  const bool is_by_limits = voxel_size == 0 && (max_voxels > 0 || max_bytes > 0);
+  if (!max_bytes.empty()) options.max_bytes = parse_bytes(max_bytes).value();  // check() has seen it
+  const bool is_by_limits = voxel_size == 0 && (max_voxels > 0 || !max_bytes.empty());
   if (is_by_limits) options.voxel_size = 0;
   return options;
 }
@@ -137,6 +137,12 @@ void CloudCommand::check() const {
   if (resume && frames.empty()) {
     throw Error(ErrorKind::usage, SourceLoc{}, "--resume goes on with a sequence; expected --frames with it");
   }
+  if (!max_bytes.empty() && !parse_bytes(max_bytes)) {
+    throw Error(
+        ErrorKind::usage, SourceLoc{},
+        fmt::format("--max-bytes {}; expected a size from 1 byte to 1000 TB, such as 500MB, 1.5GiB or 2e9",
+                    max_bytes));
+  }
   for (size_t i = 0; i < grids.size(); ++i) {
     if (std::count(grids.begin(), grids.end(), grids[i]) > 1) {
       throw Error(ErrorKind::usage, SourceLoc{}, fmt::format("--grids names \"{}\" twice", grids[i]));
@@ -145,17 +151,24 @@ void CloudCommand::check() const {
 }
 
 void CloudCommand::report(const std::filesystem::path& file, const openvdb::GridBase& grid) const {
-  fmt::print("{}: {}, {} active voxels of {} m\n", file.string(), grid.getName(), grid.activeVoxelCount(),
+  fmt::print("{}: {}, {} active voxels of {:.6g} m\n", file.string(), grid.getName(), grid.activeVoxelCount(),
              grid.voxelSize().x());
+  if (grid.activeVoxelCount() == 0) {
+    std::fputs(fmt::format("pileus: warning: {}: {} is empty; a lower erosion or threshold, or a smaller "
+                           "voxel_size, leaves more\n",
+                           file.string(), grid.getName())
+                   .c_str(),
+               stderr);
+  }
 }
 
 void CloudCommand::report(const std::string& name, const CloudBuildCounters& counters, double seconds) const {
   const auto percent = [&](int64_t count) { return 100 * double(count) / double(counters.voxels); };
   fmt::print(
-      "{}: {:.3g} million voxels in {:.2f} s: bounds found {:.1f} % empty and {:.1f} % full, {:.1f} % "
+      "{}: {} voxels in {:.2f} s: bounds found {:.1f} % empty and {:.1f} % full, {:.1f} % "
       "were evaluated; {:.1f} % of the empty ones never were\n",
-      name, double(counters.voxels) / 1e6, seconds, percent(counters.empty_by_bound),
-      percent(counters.full_by_bound), percent(counters.evaluated), 100 * counters.share_of_empty_by_bound());
+      name, counters.voxels, seconds, percent(counters.empty_by_bound), percent(counters.full_by_bound),
+      percent(counters.evaluated), 100 * counters.share_of_empty_by_bound());
 }
 
 void CloudCommand::build_file(const std::filesystem::path& file, double frame_number,
@@ -175,6 +188,9 @@ void CloudCommand::build_file(const std::filesystem::path& file, double frame_nu
   }
   openvdb::MetaMap metadata;
   metadata.insertMeta("creator", openvdb::StringMetadata(fmt::format("pileus {}", kVersion)));
+  VdbWriteOptions write;
+  write.half = half;
+  write.codec = codec == "zip" ? VdbCodec::zip : codec == "none" ? VdbCodec::none : VdbCodec::blosc;
   write_vdb_grids(file, built, metadata, write);
   if (quiet) return;
   for (const auto& grid : built) report(file, *grid);
@@ -212,8 +228,8 @@ void add_cloud_command(CLI::App& app, int&) {
                   "as small voxels as leave no more than this in the cloud's bounding box")
       ->check(CLI::Range(int64_t(1), int64_t(1) << 40));
   sub->add_option("--max-bytes", command->max_bytes,
-                  "as small voxels as make no larger density grid in memory; 500MB, 2GB, ...")
-      ->transform(CLI::AsSizeValue(false));
+                  "as small voxels as make no larger density grid in memory; 500MB, 2GB, 1e9, ...")
+      ->type_name("BYTES");
   std::vector<std::string> names = cloud_field_names();
   names.insert(names.begin(), "density");
   sub->add_option("--grids", command->grids,
@@ -224,14 +240,14 @@ void add_cloud_command(CLI::App& app, int&) {
   CLI::Option* const frames =
       sub->add_option("--frames", command->frames, "a file for each frame: 1-48, or 1-48x4 for every fourth");
   sub->add_option("--frame", command->frame, "the frame at which keyframes are read (default 0)")
+      ->check(finite())
       ->excludes(frames);
   sub->add_flag("--resume", command->resume, "leave the frames alone whose files are there");
-  const std::map<std::string, VdbCodec> codecs{
-      {"none", VdbCodec::none}, {"blosc", VdbCodec::blosc}, {"zip", VdbCodec::zip}};
-  sub->add_option("--codec", command->write.codec, "compression: none, blosc or zip")
+  sub->add_option("--codec", command->codec, "compression: none, blosc or zip")
       ->type_name("NAME")
-      ->transform(CLI::CheckedTransformer(codecs));
-  sub->add_flag("--half", command->write.half, "store values as 16-bit floats");
+      ->check(CLI::IsMember({"none", "blosc", "zip"}))
+      ->capture_default_str();
+  sub->add_flag("--half", command->half, "store values as 16-bit floats");
   sub->add_option("--threads", command->threads, "0: one for each core (default)")
       ->check(CLI::NonNegativeNumber);
   command->scene_options.add_settings_to(*sub);

@@ -42,7 +42,9 @@ void CloudNoiseRecipe::describe(ParamTable& params) {
   params.integer("octaves", octaves, "sizes of features, each finer than the one before")
       .at_least(1)
       .at_most(16);
-  params.number("frequency", frequency, "1/m", "of the coarsest features; 0: as cells says").at_least(0);
+  params.number("frequency", frequency, "1/m", "of the coarsest features; 0: as cells says")
+      .at_least(0)
+      .at_most(1e6);
   params.number("cells", cells, "", "coarsest features over the free form's height, where frequency is 0")
       .above(0)
       .at_most(1e4);
@@ -52,9 +54,12 @@ void CloudNoiseRecipe::describe(ParamTable& params) {
   params.number("gain", gain, "", "amplitude of an octave over that of the one before").above(0).at_most(1);
   params.integer("seed", seed, "another number, another cloud").at_least(0);
   params.vector("stretch", stretch, "", "features are longer by this along x, y and z").above(0).at_most(1e3);
-  params.vector("offset", offset, "m", "moves the pattern: what drift animates");
-  params.number("evolution", evolution, "turns",
-                "the pattern flows in place and is the same again after a whole turn: what boiling animates");
+  params.vector("offset", offset, "m", "moves the pattern: what drift animates").at_least(-1e9).at_most(1e9);
+  params
+      .number("evolution", evolution, "turns",
+              "the pattern flows in place and is the same again after a whole turn: what boiling animates")
+      .at_least(-1e6)
+      .at_most(1e6);
   params.number("warp", warp, "cells", "how far noise displaces the pattern").at_least(0).at_most(4);
 }
 

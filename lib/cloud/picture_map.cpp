@@ -68,7 +68,11 @@ void PictureMapRecipe::describe(ParamTable& params) {
 }
 
 void PictureMapRecipe::check(std::vector<std::string>& problems, const char* owner) const {
-  if (!is_used()) return;
+  if (!is_used()) {
+    if (*this == PictureMapRecipe{}) return;
+    problems.push_back(fmt::format("{} has no file; expected file = \"PICTURE\" in it", owner));
+    return;
+  }
   if (!(levels.x < levels.y)) {
     problems.push_back(
         fmt::format("{}: black = {} and white = {}; expected black < white", owner, levels.x, levels.y));

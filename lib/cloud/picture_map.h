@@ -25,6 +25,7 @@ struct PictureMapRecipe {
   Vec2d tiles{1.0, 1.0};
   double turn_deg = 0.0;  ///< about the axis
 
+  bool operator==(const PictureMapRecipe&) const = default;
   bool is_used() const { return !file.empty(); }
   void describe(ParamTable& params);
   void check(std::vector<std::string>& problems, const char* owner) const;

@@ -82,6 +82,26 @@ TEST_F(CloudProgram, tells_what_bounds_saved) {
   EXPECT_EQ(output({"cloud", "cloud.toml", "-o", "a.vdb", "--quiet"}), "");
 }
 
+TEST_F(CloudProgram, limits_may_be_written_in_many_ways_but_not_in_any) {
+  write("cloud.toml", kCloud);
+  for (const std::string bytes : {"4MB", "4e6", "4000000", "3.9 MiB", "4M"})
+    output({"cloud", "cloud.toml", "-o", "a.vdb", "--max-bytes", bytes});
+  for (const std::string bytes : {"", "0", "-4MB", "nan", "4XB", "99999999999999999999999", "four"}) {
+    const ProgramOutcome outcome = run({"cloud", "cloud.toml", "-o", "b.vdb", "--max-bytes=" + bytes});
+    EXPECT_EQ(outcome.exit_code, 2) << bytes << ": " << outcome.err;
+  }
+  EXPECT_EQ(run({"cloud", "cloud.toml", "-o", "b.vdb", "--frame", "nan"}).exit_code, 2);
+  EXPECT_EQ(run({"cloud", "cloud.toml", "-o", "b.vdb", "--codec", "rar"}).exit_code, 2);
+}
+
+TEST_F(CloudProgram, warns_of_clouds_without_a_voxel) {
+  write("cloud.toml", kCloud);
+  const ProgramOutcome outcome =
+      run({"cloud", "cloud.toml", "-o", "a.vdb", "--set", "volume.puff.threshold=0.999"});
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_NE(outcome.err.find("warning: a.vdb: density is empty"), std::string::npos) << outcome.err;
+}
+
 TEST_F(CloudProgram, refuses_sequences_that_make_no_sense) {
   write("cloud.toml", kCloud);
   EXPECT_EQ(run({"cloud", "cloud.toml", "-o", "a.%04d.vdb"}).exit_code, 2);

@@ -96,6 +96,8 @@ TEST(CloudVolume, refuses_bad_recipes) {
   EXPECT_NE(refusal(valid + "preset = \"cirus\"\n").find("nearest: cirrus"), std::string::npos);
   EXPECT_NE(refusal(valid + "shear = [1, 1, 0]\n").find("expected 0 along y"), std::string::npos);
   EXPECT_NE(refusal(valid + "width_profile = [[0, 0]]\n").find("width_profile point 1"), std::string::npos);
+  EXPECT_NE(refusal(valid + "coverage_map = { channel = \"red\" }\n").find("coverage_map has no file"),
+            std::string::npos);
   EXPECT_NE(refusal(valid + "texture = { file = \"a.png\", black = 1 }\n").find("expected black < white"),
             std::string::npos);
   EXPECT_NE(refusal("bounds = \"blub\"\nvoxel_size = 0.1\n").find("nearest: blob"), std::string::npos);

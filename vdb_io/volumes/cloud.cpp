@@ -66,7 +66,9 @@ void CloudVolume::describe_density(ParamTable& params) {
   params.vector("size", size, "m", "width, height and depth of the preset's free form").at_least(0);
   params.number("voxel_size", voxel_size, "m", "edge of a voxel; 0: as small as the limits allow")
       .at_least(0);
-  params.integer("max_voxels", max_voxels, "allowed in the bounding box; 0: 2^29").at_least(0);
+  params.number("max_voxels", max_voxels, "voxels", "allowed in the bounding box; 0: 2^29")
+      .at_least(0)
+      .at_most(1e12);
   params.number("max_bytes", max_bytes, "bytes", "allowed for the grid in memory; 0: no limit")
       .at_least(0)
       .at_most(1e15);
@@ -99,7 +101,7 @@ ProceduralCloud CloudVolume::cloud(const FreeForms& freeforms) const {
 }
 
 CloudGridOptions CloudVolume::grid_options() const {
-  return {voxel_size, max_voxels > 0 ? max_voxels : kMaxVoxels, int64_t(max_bytes), {}};
+  return {voxel_size, max_voxels > 0 ? int64_t(max_voxels) : kMaxVoxels, int64_t(max_bytes), {}};
 }
 
 PILEUS_PLUGIN(Medium, cloud, CloudVolume, "procedural cloud that billows inside a free form")

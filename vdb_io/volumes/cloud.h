@@ -17,7 +17,7 @@ struct CloudVolume final : Medium {
   std::string bounds;                                ///< name of the free form; "": that of the preset
   Vec3d center{0.0, 0.0, 0.0}, size{0.0, 0.0, 0.0};  ///< of the preset's free form [m]
   double voxel_size = 0.0;
-  int max_voxels = 0;  ///< 0: kMaxVoxels
+  double max_voxels = 0.0;  ///< 0: kMaxVoxels
   double max_bytes = 0.0;
   CloudRecipe recipe;
   CloudFieldsRecipe fields;
