@@ -34,7 +34,7 @@ struct CloudBuildCounters {
 
 /// Samples a cloud into a sparse fog volume "density" with background 0. Voxel (i, j, k) holds the density at
 /// world point voxel_size * (i, j, k), in single precision; voxels of density 0 are inactive. Bounds of the
-/// density decide whole nodes of 128^3 to 8^3 voxels before anything is evaluated in them. Uses parallel_for;
+/// density decide cubes of 128^3 to 4^3 voxels before anything is evaluated in them. Uses parallel_for;
 /// the grid is the same bit for bit whatever the number of threads. `progress` is called from one thread at a
 /// time.
 /// errors: Error(usage) where voxel_size is negative, or so small that the grid would exceed max_voxels or

@@ -1,12 +1,17 @@
 /// A procedural cloud inside a free form, built into a sparse grid.
 ///
 /// Billowed noise carves the free form: round bulges with creases between them, a flat base where the height
-/// profile starts, edges that end before the free form's surface is reached. `bounds` and `voxel_size` are
-/// enough for a cumulus. The formula stands in lib/cloud/procedural_cloud.h.
+/// profile starts, edges that end before the free form's surface is reached. `size` and `voxel_size` are
+/// enough for a cumulus. The formula stands in lib/cloud/cloud_formula.h, the rest of the parameters in
+/// docs/clouds.md.
 ///
-///   bounds           name of the free form that holds the cloud; required
-///   voxel_size       edge of a voxel                                     [m]     > 0, required
-///   max_voxels       allowed in the bounding box, 4 bytes each at worst          >= 1, default 2^29
+///   preset           cumulus, stratus, cumulonimbus, cirrus, ground_fog, contrail or explosion: sets the
+///                    defaults of the rest; those below are of cumulus
+///   bounds           name of the free form that holds the cloud; or
+///   center, size     where the preset's own form lies                    [m]
+///   voxel_size       edge of a voxel                                     [m]     > 0; 0: by the limits
+///   max_voxels       allowed in the bounding box                                 default 2^29
+///   max_bytes        allowed for the grid in memory                      [bytes] default: no limit
 ///   noise.octaves    sizes of billows, each finer than the one before            1 .. 16, default 6
 ///   noise.frequency  of the coarsest billows                             [1/m]   >= 0, default 0: fitted to
 ///                    the free form's height
