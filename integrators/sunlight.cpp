@@ -257,7 +257,7 @@ class ErrorLaw {
   /// The spacing that would err by `allowed` where another errs by `error`. Down to a voxel the error falls
   /// as the grid's details have it; what is finer finds nothing new, and errs as linear interpolation does.
   double spacing_for(double spacing, double error, double allowed) const {
-    constexpr double kVoxel = 1.0, kBelowVoxel = 2.3;
+    constexpr double kVoxel = 1.0, kBelowVoxel = 2.5;
     const double power = power_at(spacing, error), needed = spacing * std::pow(allowed / error, 1.0 / power);
     if (needed >= kVoxel) return needed;
     const double from = std::min(spacing, kVoxel), error_from = error * std::pow(from / spacing, power);
@@ -266,7 +266,7 @@ class ErrorLaw {
 
  private:
   double power_at(double spacing, double error) const {
-    constexpr double kUsual = 2.0, kLeast = 1.2, kMost = 2.5;  // little where there are details of all sizes
+    constexpr double kUsual = 2.0, kLeast = 1.7, kMost = 2.5;  // little where there are details of all sizes
     if (!(m_spacing > 0.0)) return kUsual;
     return std::clamp(std::log(error / m_error) / std::log(spacing / m_spacing), kLeast, kMost);
   }
@@ -287,6 +287,8 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
   // is gone in two steps: the first costs little and tells where the second has
   // to go.
   constexpr double kCautious = 0.92, kConfident = 0.98, kLongWay = 0.4;
+  // Measured errors scatter by a fifth, by where lines happen to lie: a little finer might be no better.
+  constexpr double kFinerAtLeast = 0.88;
   constexpr double kEnoughShare = 0.02;
   const double allowed = (1.0 - kEnoughShare) * tolerance;
   Pilots pilots = trace(kFewPoints);
@@ -327,7 +329,8 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
     if (round == 0 && needed < kLongWay * choice.spacing) {
       choice.spacing = std::sqrt(needed * choice.spacing);
     } else {
-      choice.spacing = needed * (round == 0 ? kCautious : kConfident);
+      choice.spacing =
+          std::min(needed * (round == 0 ? kCautious : kConfident), kFinerAtLeast * choice.spacing);
     }
   }
   return false;
