@@ -56,6 +56,10 @@ struct CloudCommand {
                                         const std::string& progress_note) const;
   std::vector<openvdb::GridBase::ConstPtr> build(const Named<CloudVolume>& named, const FreeForms& freeforms,
                                                  const std::string& progress_note) const;
+  /// The same; errors say which cloud.
+  std::vector<openvdb::GridBase::ConstPtr> build_named(const Named<CloudVolume>& named,
+                                                       const FreeForms& freeforms,
+                                                       const std::string& progress_note) const;
   CloudGridOptions options_of(const CloudVolume& volume) const;
   void report(const std::filesystem::path& file, const openvdb::GridBase& grid) const;
   void report(const std::string& name, const CloudBuildCounters& counters, double seconds) const;
@@ -124,6 +128,20 @@ std::vector<openvdb::GridBase::ConstPtr> CloudCommand::build(const Named<CloudVo
   return built;
 }
 
+std::vector<openvdb::GridBase::ConstPtr> CloudCommand::build_named(const Named<CloudVolume>& named,
+                                                                   const FreeForms& freeforms,
+                                                                   const std::string& progress_note) const {
+  try {
+    return build(named, freeforms, progress_note);
+  } catch (const Error& error) {
+    if (error.kind() == ErrorKind::cancelled) throw;
+    std::vector<Diagnostic> diagnostics = error.diagnostics();
+    for (Diagnostic& diagnostic : diagnostics)
+      diagnostic.message = fmt::format("volume \"{}\": {}", named.name, diagnostic.message);
+    throw Error(error.kind(), std::move(diagnostics));
+  }
+}
+
 void CloudCommand::check() const {
   if (output.extension() != ".vdb") {
     throw Error(ErrorKind::usage, output.string(), "is no name for a cloud; expected one that ends in .vdb");
@@ -178,7 +196,7 @@ void CloudCommand::build_file(const std::filesystem::path& file, double frame_nu
   const AtomicFile probe(file);  // refuse now what could not be written after a long build
   std::vector<openvdb::GridBase::ConstPtr> built;
   for (const Named<CloudVolume>& cloud : clouds) {
-    for (const openvdb::GridBase::ConstPtr& grid : build(cloud, scene.freeforms, progress_note)) {
+    for (const openvdb::GridBase::ConstPtr& grid : build_named(cloud, scene.freeforms, progress_note)) {
       const auto named = openvdb::ConstPtrCast<openvdb::GridBase>(grid);
       // One alone stays "density", which programs look for.
       if (clouds.size() > 1)

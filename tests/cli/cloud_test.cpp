@@ -94,6 +94,17 @@ TEST_F(CloudProgram, limits_may_be_written_in_many_ways_but_not_in_any) {
   EXPECT_EQ(run({"cloud", "cloud.toml", "-o", "b.vdb", "--codec", "rar"}).exit_code, 2);
 }
 
+TEST_F(CloudProgram, says_which_cloud_is_wrong) {
+  write("cloud.toml", kCloud);
+  const ProgramOutcome fine = run({"cloud", "cloud.toml", "-o", "a.vdb", "--voxel-size", "1e-9"});
+  EXPECT_NE(fine.err.find("error: volume \"puff\": voxel_size = 1e-09 m makes"), std::string::npos)
+      << fine.err;
+  const ProgramOutcome missing =
+      run({"cloud", "cloud.toml", "-o", "a.vdb", "--set", "volume.puff.texture.file=\"no.png\""});
+  EXPECT_NE(missing.err.find("no.png: error: volume \"puff\": does not exist"), std::string::npos)
+      << missing.err;
+}
+
 TEST_F(CloudProgram, warns_of_clouds_without_a_voxel) {
   write("cloud.toml", kCloud);
   const ProgramOutcome outcome =
