@@ -37,7 +37,7 @@ struct CloudCommand {
   std::string codec = "blosc";
   bool half = false;
   double voxel_size = 0.0;  ///< [m]; 0: as each cloud says
-  int64_t max_voxels = 0;   ///< 0: as each cloud says
+  double max_voxels = 0.0;  ///< 0: as each cloud says
   std::string max_bytes;    ///< "": as each cloud says
   std::vector<std::string> grids{"density"};
   std::string frames;  ///< "": one file, of frame `frame`
@@ -86,7 +86,7 @@ std::vector<Named<CloudVolume>> clouds_of(const Scene& scene) {
 CloudGridOptions CloudCommand::options_of(const CloudVolume& volume) const {
   CloudGridOptions options = volume.grid_options();
   if (voxel_size > 0) options.voxel_size = voxel_size;
-  if (max_voxels > 0) options.max_voxels = max_voxels;
+  if (max_voxels > 0) options.max_voxels = int64_t(max_voxels);
   if (!max_bytes.empty()) options.max_bytes = parse_bytes(max_bytes).value();  // check() has seen it
   const bool is_by_limits = voxel_size == 0 && (max_voxels > 0 || !max_bytes.empty());
   if (is_by_limits) options.voxel_size = 0;
@@ -244,7 +244,7 @@ void add_cloud_command(CLI::App& app, int&) {
       ->check(finite_positive());
   sub->add_option("--max-voxels", command->max_voxels,
                   "as small voxels as leave no more than this in the cloud's bounding box")
-      ->check(CLI::Range(int64_t(1), int64_t(1) << 40));
+      ->check(CLI::Range(1.0, 1e12));
   sub->add_option("--max-bytes", command->max_bytes,
                   "as small voxels as make no larger density grid in memory; 500MB, 2GB, 1e9, ...")
       ->type_name("BYTES");
