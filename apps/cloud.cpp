@@ -244,6 +244,7 @@ void add_cloud_command(CLI::App& app, int&) {
       ->check(finite_positive());
   sub->add_option("--max-voxels", command->max_voxels,
                   "as small voxels as leave no more than this in the cloud's bounding box")
+      ->check(finite_positive())
       ->check(CLI::Range(1.0, 1e12));
   sub->add_option("--max-bytes", command->max_bytes,
                   "as small voxels as make no larger density grid in memory; 500MB, 2GB, 1e9, ...")
