@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <limits>
-#include <random>
 
 #include "tests/vdb_io/vdb_test_files.h"
 
@@ -11,18 +10,6 @@ namespace {
 
 using openvdb::Coord;
 using openvdb::FloatGrid;
-
-FloatGrid::Ptr random_grid(double voxel = 0.5) {
-  auto grid = make_grid();
-  std::mt19937 random(7);
-  std::uniform_int_distribution<int> place(-9, 12);
-  for (int i = 0; i < 900; ++i) {
-    grid->tree().setValueOn(Coord(place(random), place(random), place(random)), float(1 + random() % 5));
-  }
-  grid->tree().addTile(1, Coord(16, 0, 0), 2.0f, true);
-  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
-  return grid;
-}
 
 TEST(CropGrid, keeps_voxels_with_their_centres_in_the_box) {
   for (const double sign : {1.0, -1.0}) {
@@ -41,23 +28,23 @@ TEST(CropGrid, keeps_voxels_with_their_centres_in_the_box) {
 }
 
 TEST(CropGrid, leaves_nothing_where_the_box_is_elsewhere) {
-  auto grid = random_grid();
+  auto grid = scattered_voxels();
   crop_grid("a.vdb", *grid, Box3d(Vec3d(1e12), Vec3d(1e13)));
   EXPECT_EQ(grid->activeVoxelCount(), 0u);
-  auto between = random_grid();
+  auto between = scattered_voxels();
   crop_grid("a.vdb", *between, Box3d(Vec3d(0.1), Vec3d(0.2)));  // no centre lies there
   EXPECT_EQ(between->activeVoxelCount(), 0u);
 }
 
 TEST(CropGrid, refuses_turned_grids) {
-  auto grid = random_grid();
+  auto grid = scattered_voxels();
   grid->transform().postRotate(0.3, openvdb::math::Y_AXIS);
   expect_mentions(error_of([&] { crop_grid("a.vdb", *grid, Box3d(Vec3d(0), Vec3d(1))); }),
                   "is turned or sheared");
 }
 
 TEST(ScaleGrid, widens_space_and_distances) {
-  auto fog = random_grid(0.5);
+  auto fog = scattered_voxels(0.5);
   fog->transform().postTranslate(openvdb::Vec3d(3, 0, 0));
   scale_grid(*fog, 0.01);
   EXPECT_NEAR(fog->indexToWorld(Coord(2, 0, 0)).x(), 0.04, 1e-12);
@@ -105,7 +92,7 @@ TEST(RaiseTo, changes_lower_values_alone) {
 }
 
 TEST(MultiplyValues, takes_all_floating_grids) {
-  auto grid = random_grid();
+  auto grid = scattered_voxels();
   const float before = grid->tree().getValue(Coord(16, 0, 0));
   multiply_values("a.vdb", *grid, 24.0);
   EXPECT_EQ(grid->tree().getValue(Coord(16, 0, 0)), 24 * before);

@@ -1,7 +1,6 @@
 #include "vdb_io/resample.h"
 
 #include <cmath>
-#include <random>
 
 #include "lib/core/memory_budget.h"
 #include "tests/vdb_io/vdb_test_files.h"
@@ -11,18 +10,6 @@ namespace {
 
 using openvdb::Coord;
 using openvdb::FloatGrid;
-
-FloatGrid::Ptr random_grid(double voxel = 0.5) {
-  auto grid = make_grid();
-  std::mt19937 random(7);
-  std::uniform_int_distribution<int> place(-9, 12);
-  for (int i = 0; i < 900; ++i) {
-    grid->tree().setValueOn(Coord(place(random), place(random), place(random)), float(1 + random() % 5));
-  }
-  grid->tree().addTile(1, Coord(16, 0, 0), 2.0f, true);
-  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
-  return grid;
-}
 
 double sum_of(const FloatGrid& grid) {
   double sum = 0.0;
@@ -37,7 +24,7 @@ FloatGrid::Ptr resampled(const FloatGrid& grid, const NewVoxels& voxels) {
 }
 
 TEST(ResampledGrid, of_twice_the_edge_averages_eight_voxels) {
-  const auto grid = random_grid();
+  const auto grid = scattered_voxels();
   const auto half = resampled(*grid, VoxelFactor{2});
   EXPECT_EQ(half->voxelSize(), openvdb::Vec3d(1.0));
   int compared = 0;
@@ -60,7 +47,7 @@ TEST(ResampledGrid, of_twice_the_edge_averages_eight_voxels) {
 }
 
 TEST(ResampledGrid, keeps_the_integral_over_space) {
-  const auto grid = random_grid();
+  const auto grid = scattered_voxels();
   for (const double factor : {2.0, 3.0, 4.0, 1.0}) {
     EXPECT_NEAR(sum_of(*resampled(*grid, VoxelFactor{factor})), sum_of(*grid), 1e-5 * sum_of(*grid))
         << factor;
@@ -81,7 +68,7 @@ TEST(ResampledGrid, of_smaller_voxels_is_the_trilinear_density) {
 }
 
 TEST(ResampledGrid, by_one_changes_nothing) {
-  const auto grid = random_grid();
+  const auto grid = scattered_voxels();
   const auto same = resampled(*grid, VoxelEdge{0.5});
   for (auto value = grid->cbeginValueOn(); value; ++value) {
     ASSERT_EQ(same->tree().getValue(value.getCoord()), *value);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <random>
 #include <string>
 
 #include <gtest/gtest.h>
@@ -53,6 +54,20 @@ typename Grid::Ptr make_grid(const std::string& name = "density",
   auto grid = Grid::create();
   grid->setName(name);
   grid->setGridClass(grid_class);
+  return grid;
+}
+
+/// A fog volume of some 800 voxels with values of 1 to 5, strewn over 22^3, and an active tile beside them.
+inline openvdb::FloatGrid::Ptr scattered_voxels(double voxel = 0.5) {
+  auto grid = make_grid();
+  std::mt19937 random(7);
+  std::uniform_int_distribution<int> place(-9, 12);
+  for (int i = 0; i < 900; ++i) {
+    grid->tree().setValueOn(openvdb::Coord(place(random), place(random), place(random)),
+                            float(1 + random() % 5));
+  }
+  grid->tree().addTile(1, openvdb::Coord(16, 0, 0), 2.0f, true);
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(voxel));
   return grid;
 }
 
