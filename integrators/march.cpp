@@ -26,8 +26,7 @@
 ///               levels costs more than they save in one picture. Not with error_bound, which is about the
 ///               finest
 ///   storage     "16-bit" densities take half the memory of "float" ones, half the time to read and a quarter
-///   of
-///               that to build; "auto" takes them where they err by less than a twentieth of the
+///               of that to build; "auto" takes them where they err by less than a twentieth of the
 ///               tolerance
 ///
 ///   [render]
