@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lib/math/absolute.h"
 #include "lib/math/transmittance.h"
 
 namespace pileus {
@@ -11,10 +12,6 @@ namespace {
 
 double largest(const Rgb& rgb) {
   return std::max({std::abs(rgb.x), std::abs(rgb.y), std::abs(rgb.z)});
-}
-
-Rgb absolute(const Rgb& rgb) {
-  return {std::abs(rgb.x), std::abs(rgb.y), std::abs(rgb.z)};
 }
 
 Rgb larger(const Rgb& a, const Rgb& b) {

@@ -7,6 +7,7 @@
 
 #include "lib/freeform/form_bounds.h"
 #include "lib/freeform/form_program.h"
+#include "lib/math/absolute.h"
 
 namespace pileus {
 
@@ -14,10 +15,6 @@ namespace {
 
 constexpr double kRoundings = 48.0;  ///< as in quadric.cpp
 constexpr double kTiny = 1e-300;
-
-Vec3d absolute(const Vec3d& v) {
-  return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)};
-}
 
 Interval sum(const Interval& a, const Interval& b) {
   return {a.lo + b.lo, a.hi + b.hi};

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lib/math/absolute.h"
 #include "lib/math/roots.h"
 
 namespace pileus {
@@ -26,15 +27,6 @@ constexpr double kTiny = 1e-300;
 double axis_maximum(double g, double a, double h) {
   const bool peaks_inside = a < 0 && std::fabs(g) < -2 * a * h;
   return peaks_inside ? -g * g / (4 * a) : std::fabs(g) * h + a * h * h;
-}
-
-Vec3d absolute(const Vec3d& v) {
-  return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)};
-}
-
-QuadricCoefficients absolute(const QuadricCoefficients& q) {
-  return {std::fabs(q.a11), std::fabs(q.a22), std::fabs(q.a33), std::fabs(q.a12), std::fabs(q.a13),
-          std::fabs(q.a23), std::fabs(q.a14), std::fabs(q.a24), std::fabs(q.a34), std::fabs(q.a44)};
 }
 
 /// The quadratic form of local coordinates as one of offsets in space.
@@ -89,6 +81,11 @@ Interval where_not_negative(double a, double g, double k, const Interval& x) {
 }
 
 }  // namespace
+
+QuadricCoefficients absolute(const QuadricCoefficients& q) {
+  return {std::fabs(q.a11), std::fabs(q.a22), std::fabs(q.a33), std::fabs(q.a12), std::fabs(q.a13),
+          std::fabs(q.a23), std::fabs(q.a14), std::fabs(q.a24), std::fabs(q.a34), std::fabs(q.a44)};
+}
 
 Box3d everywhere() {
   return {Vec3d(-kInfinity), Vec3d(kInfinity)};

@@ -27,6 +27,9 @@ struct QuadricCoefficients {
   bool has_cross_terms() const { return a12 != 0.0 || a13 != 0.0 || a23 != 0.0; }
 };
 
+/// Coefficient by coefficient.
+QuadricCoefficients absolute(const QuadricCoefficients& q);
+
 /// A quadric about the centre of a box, Q(center + v) for |v[k]| <= half[k], and how far rounding may carry a
 /// value in double from it.
 struct QuadricInBox {

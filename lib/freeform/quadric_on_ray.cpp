@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "lib/freeform/form_bounds.h"
+#include "lib/math/absolute.h"
 #include "lib/math/two_product.h"
 
 namespace pileus {
@@ -15,15 +16,6 @@ namespace {
 /// Roundings between a point of the ray and a value, relative to sums of absolute terms: 5 for the offset
 /// from the centre, 5 for local coordinates, 4 for the way to `at`; 12 for coefficients, 6 for the value.
 constexpr double kRoundings = 24.0;
-
-Vec3d absolute(const Vec3d& v) {
-  return {std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)};
-}
-
-QuadricCoefficients absolute(const QuadricCoefficients& q) {
-  return {std::fabs(q.a11), std::fabs(q.a22), std::fabs(q.a33), std::fabs(q.a12), std::fabs(q.a13),
-          std::fabs(q.a23), std::fabs(q.a14), std::fabs(q.a24), std::fabs(q.a34), std::fabs(q.a44)};
-}
 
 /// The form of second order, d'Ad.
 double second_order(const QuadricCoefficients& q, const Vec3d& d) {
