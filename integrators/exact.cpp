@@ -35,9 +35,10 @@ double largest(const Rgb& rgb) {
 /// Traces one tile's rays; keeps its memory between them.
 class ExactTile {
  public:
-  ExactTile(const World& world, const EffectPlan& plan, double tolerance)
+  ExactTile(const World& world, const EffectPlan& plan, const PixelCone& cone, double tolerance)
       : m_world(world),
         m_plan(plan),
+        m_cone(cone),
         m_tolerance(tolerance),
         m_ambient(media_with_ambient(world)),
         m_dark_tau(kOpaqueTau / slowest_extinction(world)) {
@@ -60,10 +61,10 @@ class ExactTile {
     if (m_plan.media) add_media(ray, {view.t0, hit ? hit->t : view.t1}, result);
     if (result.transmittance > 0.0) {
       result.radiance +=
-          result.transmittance *
-          radiance_at_end(m_world, m_plan, ray, hit, counters, [&](const Ray& shadow, Segment segment) {
-            return media_depth(shadow, segment, kOpaqueTau);
-          });
+          result.transmittance * radiance_at_end(m_world, m_plan, ray, hit, m_cone, counters,
+                                                 [&](const Ray& shadow, Segment segment) {
+                                                   return media_depth(shadow, segment, kOpaqueTau);
+                                                 });
     }
     if (hit) {
       if (result.transmittance >= 0.5) result.z_half = hit->t;
@@ -265,6 +266,7 @@ class ExactTile {
 
   const World& m_world;
   const EffectPlan& m_plan;
+  const PixelCone& m_cone;
   double m_tolerance;
   RayProfile m_profile;
   std::vector<double> m_cuts;
@@ -280,11 +282,11 @@ class ExactTile {
 
 class ExactTracer final : public Tracer {
  public:
-  ExactTracer(const World& world, const EffectPlan& plan, double tolerance)
-      : m_world(world), m_plan(plan), m_tolerance(tolerance) {}
+  ExactTracer(const World& world, const EffectPlan& plan, const PixelCone& cone, double tolerance)
+      : m_world(world), m_plan(plan), m_cone(cone), m_tolerance(tolerance) {}
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
-    ExactTile tile(m_world, m_plan, m_tolerance);
+    ExactTile tile(m_world, m_plan, m_cone, m_tolerance);
     for (size_t i = 0; i < rays.size(); ++i) results[i] = tile.trace(rays[i]);
     tile.counters.add_to(counters);
   }
@@ -292,6 +294,7 @@ class ExactTracer final : public Tracer {
  private:
   const World& m_world;
   const EffectPlan& m_plan;
+  PixelCone m_cone;
   double m_tolerance;
 };
 
@@ -303,7 +306,8 @@ struct Exact final : Integrator {
     // A tolerance of 0 cannot be multiplied: where a coarser picture is wanted, it counts as a very small
     // one.
     const double finest = accuracy.coarseness > 1.0 ? std::max(accuracy.tolerance, 1e-5) : accuracy.tolerance;
-    return std::make_unique<ExactTracer>(world, plan, finest * accuracy.coarseness);
+    return std::make_unique<ExactTracer>(world, plan, middle_pixel_cone(world, accuracy.picture),
+                                         finest * accuracy.coarseness);
   }
 };
 

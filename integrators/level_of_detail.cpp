@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "integrators/pilot_pixels.h"
+#include "integrators/pixel_cone.h"
 #include "lib/math/box.h"
 
 namespace pileus {
@@ -15,28 +16,16 @@ namespace {
 
 constexpr int kMostLevels = 6;
 
-/// How far apart the rays of neighbouring pixels are at a distance from the camera, where they are closest.
-struct PixelSize {
-  double at_camera = 0.0;  ///< [m]
-  double per_metre = 0.0;
-  Vec3d camera{0.0, 0.0, 0.0};
-};
-
-/// Taken at the picture's centre and at its corners.
-PixelSize pixel_size(const Camera& camera, const Vec2i& picture) {
-  constexpr double kNever = std::numeric_limits<double>::infinity();
-  PixelSize size{kNever, kNever, camera.ray(0.5 * Vec2d(picture), picture).o};
-  for (int n = 0; n < 5; ++n) {
-    const Vec2d pixel =
-        n == 4 ? 0.5 * Vec2d(picture) : Vec2d(n & 1 ? picture.x - 1.5 : 0.5, n & 2 ? picture.y - 1.5 : 0.5);
-    const Ray here = camera.ray(pixel, picture);
-    for (const Vec2d& step : {Vec2d(1, 0), Vec2d(0, 1)}) {
-      const Ray beside = camera.ray(pixel + step, picture);
-      size.at_camera = std::min(size.at_camera, length(beside.o - here.o));
-      size.per_metre = std::min(size.per_metre, length(beside.d - here.d));
-    }
+/// The narrowest of the cones of pixels at the picture's centre and at its corners.
+PixelCone narrowest_cone(const World& world, const Vec2i& picture) {
+  PixelCone narrowest = middle_pixel_cone(world, picture);
+  for (int n = 0; n < 4; ++n) {
+    const Vec2d corner(n & 1 ? picture.x - 1.5 : 0.5, n & 2 ? picture.y - 1.5 : 0.5);
+    const PixelCone cone = pixel_cone(*world.camera, corner, picture);
+    narrowest.at_camera = std::min(narrowest.at_camera, cone.at_camera);
+    narrowest.per_metre = std::min(narrowest.per_metre, cone.per_metre);
   }
-  return size;
+  return narrowest;
 }
 
 double distance_to(const Box3d& box, const Vec3d& p) {
@@ -115,11 +104,12 @@ double most_work(double bytes_of_values) {
 }  // namespace
 
 std::vector<int> coarsest_levels(const World& world, const Vec2i& picture) {
-  const PixelSize size = pixel_size(*world.camera, picture);
+  const PixelCone cone = narrowest_cone(world, picture);
+  const Vec3d camera = world.camera->ray(0.5 * Vec2d(picture), picture).o;
   std::vector<int> levels;
   for (const WorldMedium& medium : world.media) {
     int& level = levels.emplace_back(0);
-    const double pixel = size.at_camera + size.per_metre * distance_to(medium.density->bounds(), size.camera);
+    const double pixel = cone.width(distance_to(medium.density->bounds(), camera));
     const double voxel = voxel_size(*medium.density);
     while (level < kMostLevels && std::ldexp(voxel, level + 1) <= pixel) ++level;
   }

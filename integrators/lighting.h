@@ -4,6 +4,7 @@
 #include <optional>
 #include <vector>
 
+#include "integrators/pixel_cone.h"
 #include "lib/math/offset_point.h"
 #include "lib/math/ray.h"
 #include "lib/math/transmittance.h"
@@ -43,9 +44,11 @@ double depth_to_light(const World& world, const EffectPlan& plan, const Vec3d& p
 }
 
 /// The radiance that arrives from the end of a camera ray: the lit surface it meets, or the background.
+///   cone: of a pixel, by which textures are filtered
 template <class MediaDepth>
 Rgb radiance_at_end(const World& world, const EffectPlan& plan, const Ray& ray,
-                    const std::optional<WorldHit>& hit, TraceCounters& counters, MediaDepth&& media_depth) {
+                    const std::optional<WorldHit>& hit, const PixelCone& cone, TraceCounters& counters,
+                    MediaDepth&& media_depth) {
   if (!hit) return world.background->radiance(ray.d);
   ++counters.surface_hits;
   const Vec3d p = offset_point(ray.at(hit->t), hit->n, hit->error);
@@ -56,7 +59,7 @@ Rgb radiance_at_end(const World& world, const EffectPlan& plan, const Ray& ray,
     here.irradiance *= transmittance(depth_to_light(world, plan, p, here, counters, media_depth));
     lights.push_back(here);
   }
-  return hit->shape->shader->shade(hit->n, -ray.d, lights);
+  return hit->shape->shader->shade({p, hit->n, cone.width(hit->t)}, -ray.d, lights);
 }
 
 /// The media of a world that scatter light of a sky.

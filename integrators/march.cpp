@@ -121,6 +121,7 @@ class MarchTracer final : public Tracer {
       : m_world(world),
         m_plan(plan),
         m_tolerance(accuracy.tolerance * accuracy.coarseness),
+        m_cone(middle_pixel_cone(world, accuracy.picture)),
         m_march(world, plan, storage_for(options, m_tolerance)),
         m_exact(prepare_exact(world, plan, accuracy)) {
     MarchScene& kernel = m_march.kernel;
@@ -256,7 +257,7 @@ class MarchTracer final : public Tracer {
       if (hit) job.segment.t1 = hit->t;
     }
     packet.behind[i] =
-        radiance_at_end(m_world, m_plan, ray, hit, tile, [&](const Ray& shadow, Segment segment) {
+        radiance_at_end(m_world, m_plan, ray, hit, m_cone, tile, [&](const Ray& shadow, Segment segment) {
           double tau = 0.0;
           for (const WorldMedium& medium : m_world.media) {
             tau += medium.extinction * medium.density->column(shadow, segment, kOpaque, tile.shadow);
@@ -410,6 +411,7 @@ class MarchTracer final : public Tracer {
   const World& m_world;
   const EffectPlan& m_plan;
   double m_tolerance;
+  PixelCone m_cone;
   MarchWorld m_march;
   std::unique_ptr<const EnclosedWorld> m_enclosed;  ///< where a bound is asked for
   std::optional<SolidShadows> m_shadows;            ///< where solids shade media

@@ -31,6 +31,7 @@ struct MarchSettings {
   double offset;              ///< position of a sample in its step, 0 .. 1
   double stop;                ///< transmittance at which a ray ends
   double slowest_extinction;  ///< of the responses to light: shadow rays end where `stop` of it is left
+  PixelCone cone;             ///< by which textures are filtered
 };
 
 /// The densities of all media at a batch of steps: one virtual call per medium and batch.
@@ -91,7 +92,7 @@ class UniformTile {
     Compositor<double> compositor(m_settings.stop);
     if (m_plan.media) march(ray, {view.t0, hit ? hit->t : view.t1}, compositor, result);
     result.radiance = compositor.over(
-        radiance_at_end(m_world, m_plan, ray, hit, counters,
+        radiance_at_end(m_world, m_plan, ray, hit, m_settings.cone, counters,
                         [&](const Ray& shadow, Segment segment) { return media_depth(shadow, segment); }));
     result.transmittance = hit ? 0.0 : compositor.transmittance();
     if (hit) {
@@ -250,7 +251,8 @@ struct Uniform final : Integrator {
     const double finest = step > 0.0 ? step : default_step(world);
     check_step(world, finest);
     const MarchSettings settings{finest * accuracy.coarseness, sample == "middle" ? 0.5 : 0.0,
-                                 accuracy.tolerance / 8.0, slowest_extinction(world)};
+                                 accuracy.tolerance / 8.0, slowest_extinction(world),
+                                 middle_pixel_cone(world, accuracy.picture)};
     const bool scatters = plan.scattering || plan.ambient;
     if (scatters && plan.emission) return std::make_unique<UniformTracer<true, true>>(world, plan, settings);
     if (scatters) return std::make_unique<UniformTracer<true, false>>(world, plan, settings);

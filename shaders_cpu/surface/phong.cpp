@@ -37,7 +37,8 @@ struct Phong final : SurfaceShader {
     params.rgb("ambient", m_ambient, "", "reflectance of ambient light").at_least(0).at_most(1);
     params.rgb("ambient_radiance", m_ambient_radiance, "W/(m2 sr)", "arriving from everywhere").at_least(0);
   }
-  Rgb shade(const Vec3d& n, const Vec3d& wo, std::span<const Illumination> lights) const override {
+  Rgb shade(const SurfacePoint& point, const Vec3d& wo, std::span<const Illumination> lights) const override {
+    const Vec3d& n = point.n;
     Rgb sum = m_ambient * m_ambient_radiance;
     for (const Illumination& light : lights) {
       const double cosine = dot(n, light.wi);

@@ -17,7 +17,8 @@ void add_shading_checks(Checks& checks) {
     const std::vector<double> l = row.inputs<double>("L"), v = row.inputs<double>("V");
     const Illumination light{{l[0], l[1], l[2]}, 1.0, Rgb(1.0)};
     for (const Vec3d& n : {Vec3d(0, 0, -1), Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0.6, 0, -0.8)}) {
-      EXPECT_EQ(phong->shade(n, {v[0], v[1], v[2]}, {&light, 1}), Rgb(double(row.expected("specular"))));
+      EXPECT_EQ(phong->shade({Vec3d(0.0), n}, {v[0], v[1], v[2]}, {&light, 1}),
+                Rgb(double(row.expected("specular"))));
     }
   });
   checks.add({"PRJ-04"}, []<class T>(T, const HardCase& row) {

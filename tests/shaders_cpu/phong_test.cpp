@@ -21,7 +21,7 @@ Illumination from(const Vec3d& wi, const Rgb& irradiance) {
   return {wi, 1.0, irradiance};
 }
 Rgb shade(const SurfaceShader& shader, const Vec3d& n, const Vec3d& wo, const Illumination& light) {
-  return shader.shade(n, wo, {&light, 1});
+  return shader.shade({Vec3d(0.0), n}, wo, {&light, 1});
 }
 
 TEST(Phong, white_surface_facing_the_light_shows_e_over_pi) {
@@ -63,14 +63,14 @@ TEST(Phong, lights_add_up_and_none_is_dark) {
   const auto shader = phong(0.7, 0.3);
   const std::array<Illumination, 2> lights{from(kUp, Rgb(1, 0, 0)), from(kSlant, Rgb(0, 2, 0))};
   const Rgb sum = shade(*shader, kUp, kUp, lights[0]) + shade(*shader, kUp, kUp, lights[1]);
-  EXPECT_EQ(shader->shade(kUp, kUp, lights), sum);
-  EXPECT_EQ(shader->shade(kUp, kUp, {}), Rgb(0.0));
+  EXPECT_EQ(shader->shade({Vec3d(0.0), kUp}, kUp, lights), sum);
+  EXPECT_EQ(shader->shade({Vec3d(0.0), kUp}, kUp, {}), Rgb(0.0));
 }
 
 TEST(Phong, ambient_light_needs_no_lamp) {
   const auto shader = make_plugin<SurfaceShader>(
       "phong", {{"ambient", Rgb(0.5, 0.25, 1)}, {"ambient_radiance", Rgb(2, 2, 0.5)}});
-  EXPECT_EQ(shader->shade(kUp, kUp, {}), Rgb(1, 0.5, 0.5));
+  EXPECT_EQ(shader->shade({Vec3d(0.0), kUp}, kUp, {}), Rgb(1, 0.5, 0.5));
 }
 
 }  // namespace
