@@ -14,12 +14,12 @@
 #include <memory>
 #include <vector>
 
-#include "integrators/gauss_kronrod.h"
 #include "integrators/light_bound.h"
 #include "integrators/lighting.h"
 #include "integrators/ray_profile.h"
 #include "integrators/source_quadrature.h"
 #include "lib/core/param_table.h"
+#include "lib/math/gauss_kronrod.h"
 #include "lib/math/transmittance.h"
 #include "lib/scene/integrator.h"
 

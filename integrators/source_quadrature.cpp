@@ -4,7 +4,7 @@
 #include <cmath>
 #include <vector>
 
-#include "integrators/gauss_kronrod.h"
+#include "lib/math/gauss_kronrod.h"
 #include "lib/math/transmittance.h"
 
 namespace pileus {

@@ -151,6 +151,7 @@ class Checks {
 // One file each.
 void add_opacity_checks(Checks& checks);
 void add_compositing_checks(Checks& checks);
+void add_fog_checks(Checks& checks);
 void add_phase_checks(Checks& checks);
 void add_roots_checks(Checks& checks);
 void add_forms_checks(Checks& checks);

@@ -12,6 +12,7 @@ const Checks& checks() {
     Checks made;
     add_opacity_checks(made);
     add_compositing_checks(made);
+    add_fog_checks(made);
     add_phase_checks(made);
     add_roots_checks(made);
     add_forms_checks(made);
@@ -26,7 +27,6 @@ const Checks& checks() {
 /// Rows without a check here, by id or by the group before the dash.
 const std::map<std::string, std::string>& unchecked() {
   static const std::map<std::string, std::string> reasons{
-      {"FOG", "fog is a medium like any other; no closed form of a fade factor or a lit layer is used"},
       {"HMP-01", "rays descend the pyramid from its top: no level is chosen by the length of a footprint"},
       {"HMP-06", "heights are bilinear"},
       {"HMP-08", "a block is judged as a whole: no footprint ever straddles blocks"},

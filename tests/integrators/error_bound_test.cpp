@@ -5,7 +5,7 @@
 
 #include <gtest/gtest.h>
 
-#include "integrators/gauss_kronrod.h"
+#include "lib/math/gauss_kronrod.h"
 #include "integrators/ray_enclosure.h"
 #include "lib/core/parallel.h"
 #include "lib/math/transmittance.h"

@@ -1,4 +1,4 @@
-#include "integrators/gauss_kronrod.h"
+#include "lib/math/gauss_kronrod.h"
 
 #include <cmath>
 

@@ -1,0 +1,221 @@
+#include "lib/fog/fog_on_ray.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lib/math/gauss_kronrod.h"
+#include "lib/math/transmittance.h"
+
+namespace pileus {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+constexpr double kFarthest = 1e15;  ///< [m]
+constexpr double kOpaque = 45.0;    ///< optical depth behind which nothing counts
+
+double largest(const Rgb& rgb) {
+  return std::max({std::abs(rgb.x), std::abs(rgb.y), std::abs(rgb.z)});
+}
+
+bool is_homogeneous(const FogPiece& piece) {
+  return piece.law == FogPiece::Law::constant && piece.source != FogPiece::Source::sunlit &&
+         piece.colour_slope == Rgb(0.0);
+}
+
+/// The light of overlapping pieces, by adaptive Gauss–Kronrod panels.
+class OverlapQuadrature {
+ public:
+  OverlapQuadrature(std::span<const FogPiece> pieces, double accuracy)
+      : m_pieces(pieces), m_accuracy(accuracy) {}
+
+  Rgb integrate(double s) {
+    const double end = visible_length(s);
+    if (!(end > 0.0)) return Rgb(0.0);
+    std::vector<double> cuts = places_of_change(end);
+    Rgb sum(0.0);
+    const double tolerance = m_accuracy * brightest(end) / double(cuts.size());
+    for (size_t i = 0; i + 1 < cuts.size(); ++i) sum += panel(cuts[i], cuts[i + 1], tolerance, 0);
+    return sum;
+  }
+
+ private:
+  /// Behind it nothing shows, or there is no fog.
+  double visible_length(double s) const {
+    for (const FogPiece& piece : m_pieces) s = std::min(s, depth_inverse(piece, kOpaque));
+    if (std::isfinite(s)) return s;
+    double thickest = 0.0;
+    for (const FogPiece& piece : m_pieces) {
+      if (piece.law == FogPiece::Law::height && piece.rise > 0.0)
+        thickest = std::max(thickest, kOpaque * piece.profile.scale / piece.rise);
+    }
+    return thickest;
+  }
+
+  /// 0, end, and places between where some piece has made a difference: no thin fog slips through between
+  /// the points of a long panel.
+  std::vector<double> places_of_change(double end) const {
+    std::vector<double> cuts{0.0, end};
+    for (const FogPiece& piece : m_pieces) {
+      for (const double tau : {0.3, 2.0, 8.0}) cuts.push_back(depth_inverse(piece, tau));
+      if (piece.law != FogPiece::Law::height || piece.rise == 0.0) continue;
+      for (const double heights : {1.0, 4.0, 15.0, kOpaque}) {
+        const double z = heights * piece.profile.scale;
+        cuts.push_back(piece.rise > 0.0 ? z / piece.rise : (piece.z0 - z) / -piece.rise);
+      }
+    }
+    std::erase_if(cuts, [&](double cut) { return !(cut >= 0.0 && cut <= end); });
+    std::sort(cuts.begin(), cuts.end());
+    cuts.erase(std::unique(cuts.begin(), cuts.end()), cuts.end());
+    return cuts;
+  }
+
+  double brightest(double end) const {
+    double most = 0.0;
+    for (const FogPiece& piece : m_pieces) {
+      most = std::max({most, largest(piece.colour), largest(source_at(piece, end))});
+    }
+    return most;
+  }
+
+  Rgb panel(double from, double to, double tolerance, int depth) {
+    constexpr int kMostHalvings = 30;
+    Rgb kronrod(0.0), gauss(0.0);
+    for (const auto& node : GaussKronrod7::kNodes) {
+      const Rgb f = (to - from) * rate(from + node.x * (to - from));
+      kronrod += node.kronrod * f;
+      gauss += node.gauss * f;
+    }
+    if (!(largest(kronrod - gauss) > tolerance) || depth == kMostHalvings) return kronrod;
+    const double middle = 0.5 * (from + to);
+    return panel(from, middle, 0.5 * tolerance, depth + 1) + panel(middle, to, 0.5 * tolerance, depth + 1);
+  }
+
+  /// d light / ds
+  Rgb rate(double s) const {
+    const double passed = transmittance(depth_of_all(m_pieces, s));
+    if (!(passed > 0.0)) return Rgb(0.0);
+    Rgb sum(0.0);
+    for (const FogPiece& piece : m_pieces) sum += source_at(piece, s) * (extinction_at(piece, s) * passed);
+    return sum;
+  }
+
+  std::span<const FogPiece> m_pieces;
+  double m_accuracy;
+};
+
+}  // namespace
+
+double depth_of_all(std::span<const FogPiece> pieces, double s) {
+  double sum = 0.0;
+  for (const FogPiece& piece : pieces) sum += depth_to(piece, s);
+  return sum;
+}
+
+Rgb light_of_all(std::span<const FogPiece> pieces, double s, double accuracy) {
+  if (!(s > 0.0) && pieces.size() != 1) return Rgb(0.0);
+  if (pieces.size() == 1) return light_to(pieces.front(), s);
+  if (std::all_of(pieces.begin(), pieces.end(), is_homogeneous)) {
+    double sigma = 0.0;
+    Rgb sum(0.0);
+    for (const FogPiece& piece : pieces) {
+      sigma += piece.sigma;
+      sum += piece.sigma * piece.colour;
+    }
+    return sigma > 0.0 ? (sum / sigma) * opacity_from_tau(sigma * s) : Rgb(0.0);
+  }
+  return OverlapQuadrature(pieces, accuracy).integrate(s);
+}
+
+std::vector<FogPiece>& FogOnRay::start() {
+  m_pieces.clear();
+  m_active.clear();
+  m_spans.clear();
+  return m_pieces;
+}
+
+void FogOnRay::finish(double t_end, double accuracy) {
+  m_accuracy = accuracy;
+  m_ends.clear();
+  std::erase_if(m_pieces, [&](const FogPiece& piece) { return !(piece.t0 < piece.t1 && piece.t0 < t_end); });
+  for (FogPiece& piece : m_pieces) {
+    piece.t1 = std::min(piece.t1, t_end);
+    m_ends.push_back(piece.t0);
+    m_ends.push_back(piece.t1);
+  }
+  std::sort(m_ends.begin(), m_ends.end());
+  m_ends.erase(std::unique(m_ends.begin(), m_ends.end()), m_ends.end());
+  Veil before;
+  double tau = 0.0;
+  for (size_t e = 0; e + 1 < m_ends.size(); ++e) {
+    Span span{m_ends[e], m_ends[e + 1], m_active.size(), 0, tau, before.light};
+    for (const FogPiece& piece : m_pieces) {
+      if (piece.t0 <= span.t0 && piece.t1 > span.t0) m_active.push_back(cut_before(piece, span.t0));
+    }
+    span.count = m_active.size() - span.first;
+    if (span.count == 0) continue;
+    before = to(span, span.t1);
+    tau = tau_to(span, span.t1);
+    m_spans.push_back(span);
+  }
+}
+
+Veil FogOnRay::to(const Span& span, double t) const {
+  const double front = transmittance(span.tau);
+  if (!(front > 0.0)) return {0.0, span.light};
+  const double s = std::min(t, span.t1) - span.t0;
+  return {transmittance(tau_to(span, t)), span.light + front * light_of_all(pieces_of(span), s, m_accuracy)};
+}
+
+double FogOnRay::tau_to(const Span& span, double t) const {
+  return span.tau + depth_of_all(pieces_of(span), std::min(t, span.t1) - span.t0);
+}
+
+/// The last span that begins at t or before; null in front of all fog.
+const FogOnRay::Span* FogOnRay::span_of(double t) const {
+  const auto after = std::upper_bound(m_spans.begin(), m_spans.end(), t,
+                                      [](double x, const Span& span) { return x < span.t0; });
+  return after == m_spans.begin() ? nullptr : &*(after - 1);
+}
+
+Veil FogOnRay::to(double t) const {
+  const Span* span = span_of(t);
+  return span ? to(*span, t) : Veil{};
+}
+
+double FogOnRay::tau_to(double t) const {
+  const Span* span = span_of(t);
+  return span ? tau_to(*span, t) : 0.0;
+}
+
+double FogOnRay::depth_inverse(double tau) const {
+  for (const Span& span : m_spans) {
+    const std::span<const FogPiece> pieces = pieces_of(span);
+    const double wanted = tau - span.tau;
+    if (wanted <= 0.0) return span.t0;
+    // Where one piece alone reaches the depth, all together have reached it.
+    double hi = span.t1 - span.t0, lo = 0.0;
+    for (const FogPiece& piece : pieces) hi = std::min(hi, pileus::depth_inverse(piece, wanted));
+    if (pieces.size() == 1 && hi < span.t1 - span.t0) return span.t0 + hi;
+    if (!std::isfinite(hi)) {
+      for (hi = 1.0; depth_of_all(pieces, hi) < wanted && hi < kFarthest;) hi *= 2.0;
+    }
+    if (depth_of_all(pieces, hi) < wanted) continue;
+    while (hi - lo > 1e-14 * hi) {
+      const double middle = 0.5 * (lo + hi);
+      if (middle <= lo || middle >= hi) break;
+      (depth_of_all(pieces, middle) < wanted ? lo : hi) = middle;
+    }
+    return span.t0 + hi;
+  }
+  return kInfinity;
+}
+
+std::vector<double> FogOnRay::edges() const {
+  std::vector<double> found;
+  for (const double t : m_ends) {
+    if (t > 0.0 && std::isfinite(t)) found.push_back(t);
+  }
+  return found;
+}
+
+}  // namespace pileus
