@@ -16,6 +16,7 @@
 
 #include "integrators/light_bound.h"
 #include "integrators/lighting.h"
+#include "integrators/ray_ends.h"
 #include "integrators/ray_profile.h"
 #include "integrators/source_quadrature.h"
 #include "lib/core/param_table.h"
@@ -35,11 +36,11 @@ double largest(const Rgb& rgb) {
 /// Traces one tile's rays; keeps its memory between them.
 class ExactTile {
  public:
-  ExactTile(const World& world, const EffectPlan& plan, const PixelCone& cone, double tolerance)
+  ExactTile(const World& world, const EffectPlan& plan, const RayEnds& ends, double tolerance)
       : m_world(world),
         m_plan(plan),
-        m_cone(cone),
-        m_tolerance(tolerance),
+        m_ends(ends),
+        m_whole_tolerance(tolerance),
         m_ambient(media_with_ambient(world)),
         m_dark_tau(kOpaqueTau / slowest_extinction(world)) {
     for (const WorldMedium& medium : world.media) m_terms = std::max(m_terms, medium.scattering.size());
@@ -51,21 +52,16 @@ class ExactTile {
     }
   }
 
-  RayResult trace(const Ray& ray) {
+  RayResult trace(const Ray& ray, const RayPath& path = {}) {
     RayResult result;
     result.error = 0.0;
+    m_tolerance = share_of_tolerance(path);
     const uint64_t samples_before = counters.samples();
     const Segment view{0.0, std::numeric_limits<double>::infinity()};
     const std::optional<WorldHit> hit = m_plan.surfaces ? nearest_surface(m_world, ray, view) : std::nullopt;
     if (hit) result.z_first = hit->t;
     if (m_plan.media) add_media(ray, {view.t0, hit ? hit->t : view.t1}, result);
-    if (result.transmittance > 0.0) {
-      result.radiance +=
-          result.transmittance * radiance_at_end(m_world, m_plan, ray, hit, m_cone, counters,
-                                                 [&](const Ray& shadow, Segment segment) {
-                                                   return media_depth(shadow, segment, kOpaqueTau);
-                                                 });
-    }
+    if (result.transmittance > 0.0) add_end(ray, hit, path, result);
     if (hit) {
       if (result.transmittance >= 0.5) result.z_half = hit->t;
       result.transmittance = 0.0;
@@ -77,6 +73,26 @@ class ExactTile {
   TraceCounters counters;
 
  private:
+  /// Halved from surface to surface where rays go on, so that the errors of all add up to the tolerance.
+  double share_of_tolerance(const RayPath& path) const {
+    return m_plan.secondary_rays() ? std::ldexp(m_whole_tolerance, -1 - path.bounces) : m_whole_tolerance;
+  }
+
+  /// What is seen at the end of the ray; the last thing that is asked of it, as rays that go on from there
+  /// take the place of this one.
+  void add_end(const Ray& ray, const std::optional<WorldHit>& hit, const RayPath& path, RayResult& result) {
+    const double passed = result.transmittance;
+    const auto depth = [&](const Ray& shadow, Segment segment) {
+      return media_depth(shadow, segment, kOpaqueTau);
+    };
+    const auto go_on = [&](const SecondaryRay& next) {
+      const RayResult seen = trace(next.ray, next.path);
+      result.error += passed * largest(next.weight) * seen.error;
+      return seen.radiance;
+    };
+    result.radiance += passed * m_ends.radiance(ray, hit, path, passed, counters, depth, go_on);
+  }
+
   void add_media(const Ray& ray, Segment segment, RayResult& result) {
     find_shadow_edges(ray, segment);
     m_profile.build(m_world, ray, segment, m_cuts, counters.camera);
@@ -94,7 +110,8 @@ class ExactTile {
     m_cuts.clear();
     if (!m_plan.surface_shadows || !m_plan.scattering) return;
     for (const auto& light : m_world.lights) {
-      for (const auto& shape : m_world.shapes) shape->append_shadow_edges(ray, *light, m_cuts);
+      for (const auto& shape : m_world.shapes)
+        if (shape->casts_shadow()) shape->append_shadow_edges(ray, *light, m_cuts);
     }
     std::erase_if(m_cuts, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
   }
@@ -266,8 +283,9 @@ class ExactTile {
 
   const World& m_world;
   const EffectPlan& m_plan;
-  const PixelCone& m_cone;
-  double m_tolerance;
+  const RayEnds& m_ends;
+  double m_whole_tolerance;
+  double m_tolerance = 0.0;  ///< of the present ray
   RayProfile m_profile;
   std::vector<double> m_cuts;
   std::vector<size_t> m_ambient;  ///< media in the light of a sky
@@ -282,11 +300,11 @@ class ExactTile {
 
 class ExactTracer final : public Tracer {
  public:
-  ExactTracer(const World& world, const EffectPlan& plan, const PixelCone& cone, double tolerance)
-      : m_world(world), m_plan(plan), m_cone(cone), m_tolerance(tolerance) {}
+  ExactTracer(const World& world, const EffectPlan& plan, const RayEnds& ends, double tolerance)
+      : m_world(world), m_plan(plan), m_ends(ends), m_tolerance(tolerance) {}
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
-    ExactTile tile(m_world, m_plan, m_cone, m_tolerance);
+    ExactTile tile(m_world, m_plan, m_ends, m_tolerance);
     for (size_t i = 0; i < rays.size(); ++i) results[i] = tile.trace(rays[i]);
     tile.counters.add_to(counters);
   }
@@ -294,7 +312,7 @@ class ExactTracer final : public Tracer {
  private:
   const World& m_world;
   const EffectPlan& m_plan;
-  PixelCone m_cone;
+  RayEnds m_ends;
   double m_tolerance;
 };
 
@@ -306,7 +324,7 @@ struct Exact final : Integrator {
     // A tolerance of 0 cannot be multiplied: where a coarser picture is wanted, it counts as a very small
     // one.
     const double finest = accuracy.coarseness > 1.0 ? std::max(accuracy.tolerance, 1e-5) : accuracy.tolerance;
-    return std::make_unique<ExactTracer>(world, plan, middle_pixel_cone(world, accuracy.picture),
+    return std::make_unique<ExactTracer>(world, plan, RayEnds(world, plan, accuracy),
                                          finest * accuracy.coarseness);
   }
 };

@@ -13,6 +13,9 @@ void TraceCounters::add_to(Counters& counters) const {
   counters["surface_hits"] += surface_hits;
   counters["surface_shadow_rays"] += surface_shadow_rays;
   counters["media_shadow_rays"] += media_shadow_rays;
+  counters["reflected_rays"] += reflected_rays;
+  counters["refracted_rays"] += refracted_rays;
+  counters["sky_light_samples"] += sky_light_samples;
 }
 
 std::vector<size_t> media_with_ambient(const World& world) {

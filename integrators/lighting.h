@@ -1,11 +1,8 @@
 #pragma once
 
 #include <limits>
-#include <optional>
 #include <vector>
 
-#include "integrators/pixel_cone.h"
-#include "lib/math/offset_point.h"
 #include "lib/math/ray.h"
 #include "lib/math/transmittance.h"
 #include "lib/scene/effect_plan.h"
@@ -22,6 +19,9 @@ struct TraceCounters {
   uint64_t surface_hits = 0;
   uint64_t surface_shadow_rays = 0;
   uint64_t media_shadow_rays = 0;
+  uint64_t reflected_rays = 0;     ///< that go on from a surface on the side they came from
+  uint64_t refracted_rays = 0;     ///< and those that pass through it
+  uint64_t sky_light_samples = 0;  ///< points whose light from the background was asked for
 
   void add_to(Counters& counters) const;
   uint64_t samples() const { return camera.density_samples + shadow.density_samples; }
@@ -41,25 +41,6 @@ double depth_to_light(const World& world, const EffectPlan& plan, const Vec3d& p
   if (!plan.media_shadows) return 0.0;
   ++counters.media_shadow_rays;
   return media_depth(ray, segment);
-}
-
-/// The radiance that arrives from the end of a camera ray: the lit surface it meets, or the background.
-///   cone: of a pixel, by which textures are filtered
-template <class MediaDepth>
-Rgb radiance_at_end(const World& world, const EffectPlan& plan, const Ray& ray,
-                    const std::optional<WorldHit>& hit, const PixelCone& cone, TraceCounters& counters,
-                    MediaDepth&& media_depth) {
-  if (!hit) return world.background->radiance(ray.d);
-  ++counters.surface_hits;
-  const Vec3d p = offset_point(ray.at(hit->t), hit->n, hit->error);
-  std::vector<Illumination> lights;
-  for (const auto& light : world.lights) {
-    Illumination here = light->at(p);
-    if (dot(hit->n, here.wi) <= 0.0) continue;  // from behind: an opaque surface shows nothing of it
-    here.irradiance *= transmittance(depth_to_light(world, plan, p, here, counters, media_depth));
-    lights.push_back(here);
-  }
-  return hit->shape->shader->shade({p, hit->n, cone.width(hit->t)}, -ray.d, lights);
 }
 
 /// The media of a world that scatter light of a sky.

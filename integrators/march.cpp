@@ -48,6 +48,7 @@
 #include "integrators/march_packet.h"
 #include "integrators/march_scene.h"
 #include "integrators/ray_enclosure.h"
+#include "integrators/ray_ends.h"
 #include "integrators/solid_shadows.h"
 #include "integrators/sunlight.h"
 #include "lib/core/build_features.h"
@@ -120,8 +121,9 @@ class MarchTracer final : public Tracer {
               const MarchOptions& options)
       : m_world(world),
         m_plan(plan),
-        m_tolerance(accuracy.tolerance * accuracy.coarseness),
-        m_cone(middle_pixel_cone(world, accuracy.picture)),
+        m_promise(accuracy.tolerance * accuracy.coarseness),
+        m_tolerance(plan.secondary_rays() ? 0.5 * m_promise : m_promise),
+        m_ends(world, plan, accuracy),
         m_march(world, plan, storage_for(options, m_tolerance)),
         m_exact(prepare_exact(world, plan, accuracy)) {
     MarchScene& kernel = m_march.kernel;
@@ -153,15 +155,9 @@ class MarchTracer final : public Tracer {
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     if (rays.empty()) return;
     if (!m_plan.surfaces && !m_enclosed && misses_media(rays)) return show_background(rays, results);
-    MarchPacket packet(rays, m_march, m_plan.surfaces, m_shadows.has_value());
     TraceCounters tile;
-    for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i, tile);
-    if (m_shadows) tile.surface_shadow_rays += find_shadows(packet);
-    march(packet);
-    refine(packet);
-    count_work(packet, tile);
+    const MarchPacket packet = trace_packet(rays, {}, results, tile);
     for (size_t i = 0; i < rays.size(); ++i) {
-      results[i] = finish_ray(packet, i);
       if (!is_good(results[i])) hand_over(rays[i], results[i], counters);
     }
     if (m_enclosed) bound_errors(packet, results, counters);
@@ -181,10 +177,57 @@ class MarchTracer final : public Tracer {
     });
   }
 
+  /// Traces rays that come by these paths; none given: from the camera.
+  MarchPacket trace_packet(std::span<const Ray> rays, std::span<const RayPath> paths,
+                           std::span<RayResult> results, TraceCounters& tile) const {
+    MarchPacket packet(rays, m_march, m_plan.surfaces, m_shadows.has_value());
+    SecondaryRays next;
+    for (size_t first = 0; first < rays.size(); first += kPacketRays) {
+      const size_t end = std::min(first + kPacketRays, rays.size());
+      for (size_t i = first; i < end; ++i)
+        find_end(packet, i, paths.empty() ? RayPath{} : paths[i], tile, &next);
+      if (!next.rays.empty()) trace_on(packet, next, tile);
+    }
+    for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i);
+    if (m_shadows) tile.surface_shadow_rays += find_shadows(packet);
+    march(packet);
+    refine(packet);
+    count_work(packet, tile);
+    for (size_t i = 0; i < rays.size(); ++i) results[i] = finish_ray(packet, i);
+    return packet;
+  }
+
+  /// Rays that go on from the ends of one packet of the kernel, to be traced together. Which these are
+  /// depends on that packet alone, and so does what they find.
+  struct SecondaryRays {
+    std::vector<Ray> rays;
+    std::vector<RayPath> paths;
+    std::vector<Rgb> weights;
+    std::vector<size_t> parents;
+
+    void add(const SecondaryRay& next, const Rgb& weight, size_t parent) {
+      rays.push_back(next.ray);
+      paths.push_back(next.path);
+      weights.push_back(weight);
+      parents.push_back(parent);
+    }
+  };
+
+  /// Traces the rays and adds what they see to the ends of those that they come from.
+  void trace_on(MarchPacket& packet, SecondaryRays& next, TraceCounters& tile) const {
+    std::vector<RayResult> seen(next.rays.size());
+    trace_packet(next.rays, next.paths, seen, tile);
+    for (size_t n = 0; n < seen.size(); ++n) {
+      packet.behind[next.parents[n]] += next.weights[n] * seen[n].radiance;
+      packet.behind_error[next.parents[n]] += largest(next.weights[n]) * seen[n].error;
+    }
+    next = {};
+  }
+
   void show_background(std::span<const Ray> rays, std::span<RayResult> results) const {
     for (size_t i = 0; i < rays.size(); ++i) {
       results[i] = {};
-      results[i].radiance = m_world.background->radiance(rays[i].d);
+      results[i].radiance = m_ends.background(rays[i].d);
       results[i].error = 0.0;
     }
   }
@@ -236,7 +279,8 @@ class MarchTracer final : public Tracer {
       MarchPacket packet(rays.subspan(first, count), m_march, m_plan.surfaces);
       TraceCounters counters;
       for (size_t i = 0; i < count; ++i) {
-        prepare_ray(packet, i, counters);
+        find_end(packet, i, {}, counters, nullptr);
+        prepare_ray(packet, i);
         packet.jobs[i].step_quality *= kFiner;
         packet.jobs[i].stop *= kFiner;
       }
@@ -246,7 +290,9 @@ class MarchTracer final : public Tracer {
     return results;
   }
 
-  void prepare_ray(MarchPacket& packet, size_t i, TraceCounters& tile) const {
+  /// Where a ray ends and what it sees there. `next` gets the rays that go on; null: none is followed.
+  void find_end(MarchPacket& packet, size_t i, const RayPath& path, TraceCounters& tile,
+                SecondaryRays* next) const {
     const Ray& ray = packet.rays[i];
     MarchRay& job = packet.jobs[i];
     job.ray = ray;
@@ -256,14 +302,23 @@ class MarchTracer final : public Tracer {
       hit = packet.hits[i] = nearest_surface(m_world, ray, job.segment);
       if (hit) job.segment.t1 = hit->t;
     }
-    packet.behind[i] =
-        radiance_at_end(m_world, m_plan, ray, hit, m_cone, tile, [&](const Ray& shadow, Segment segment) {
-          double tau = 0.0;
-          for (const WorldMedium& medium : m_world.media) {
-            tau += medium.extinction * medium.density->column(shadow, segment, kOpaque, tile.shadow);
-          }
-          return tau;
-        });
+    const auto depth = [&](const Ray& shadow, Segment segment) {
+      double tau = 0.0;
+      for (const WorldMedium& medium : m_world.media) {
+        tau += medium.extinction * medium.density->column(shadow, segment, kOpaque, tile.shadow);
+      }
+      return tau;
+    };
+    const auto go_on = [&](const SecondaryRay& on) {
+      if (next) next->add(on, on.weight, i);
+      return Rgb(0.0);
+    };
+    packet.behind[i] = m_ends.radiance(ray, hit, path, 1.0, tile, depth, go_on);
+  }
+
+  void prepare_ray(MarchPacket& packet, size_t i) const {
+    const Ray& ray = packet.rays[i];
+    MarchRay& job = packet.jobs[i];
     job.weights = packet.weights.data() + i * packet.weights_step;
     job.behind = largest(packet.behind[i]);
     const double media = packet.weights_step == 0 ? packet.brightest : m_march.brightest(job.weights);
@@ -339,7 +394,7 @@ class MarchTracer final : public Tracer {
   /// (Pilot rays march while the levels are being chosen: nobody relies on them.)
   bool is_good(const RayResult& result) const {
     const double sum = result.radiance.x + result.radiance.y + result.radiance.z;
-    return result.error <= m_tolerance * (1.0 + 1e-6) && std::isfinite(sum);
+    return result.error <= m_promise * (1.0 + 1e-6) && std::isfinite(sum);
   }
 
   void hand_over(const Ray& ray, RayResult& result, Counters& counters) const {
@@ -374,6 +429,7 @@ class MarchTracer final : public Tracer {
         passed < 1.0 ? m_level_error + m_march.storage_error(packet.jobs[i].brightest) : 0.0;
     const double cache_error = (1.0 - passed) * m_cache_error * m_march.sunlit(packet.jobs[i].weights);
     result.error = kEstimateSafety * marched.error + cache_error + stop_error + value_error;
+    if (m_plan.secondary_rays()) result.error += passed * packet.behind_error[i];
     result.samples = marched.samples + marched.lookups;
     return result;
   }
@@ -410,8 +466,9 @@ class MarchTracer final : public Tracer {
 
   const World& m_world;
   const EffectPlan& m_plan;
-  double m_tolerance;
-  PixelCone m_cone;
+  double m_promise;    ///< the tolerance
+  double m_tolerance;  ///< of each ray; half of it where rays go on: they err, too
+  RayEnds m_ends;
   MarchWorld m_march;
   std::unique_ptr<const EnclosedWorld> m_enclosed;  ///< where a bound is asked for
   std::optional<SolidShadows> m_shadows;            ///< where solids shade media

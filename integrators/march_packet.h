@@ -20,6 +20,7 @@ struct MarchPacket {
         marched(all.size()),
         hits(has_surfaces ? all.size() : 0),
         behind(all.size()),
+        behind_error(has_surfaces ? all.size() : 0),
         lit(has_shades ? all.size() * march.suns().size() : 0),
         stride(march.kernel.grids.size() * sums_per_grid(march.kernel)),
         sums(all.size() * stride) {
@@ -43,6 +44,7 @@ struct MarchPacket {
   std::vector<MarchResult> marched;
   std::vector<std::optional<WorldHit>> hits;  ///< none where there are no surfaces
   std::vector<Rgb> behind;                    ///< radiance from the end of each ray
+  std::vector<double> behind_error;           ///< what rays that go on from there err; none without surfaces
   std::vector<std::vector<Segment>> lit;      ///< [ray][sun]; none where no solid shades a medium
   size_t stride;
   std::vector<double> sums;

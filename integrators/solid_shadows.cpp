@@ -27,6 +27,7 @@ SolidShadows::SolidShadows(const World& world)
   for (size_t light = 0; light < world.lights.size(); ++light) {
     m_towards_suns.push_back(world.lights[light]->at(Vec3d(0.0)).wi);
     for (const auto& shape : world.shapes) {
+      if (!shape->casts_shadow()) continue;
       const bool shades = std::any_of(world.media.begin(), world.media.end(), [&](const WorldMedium& medium) {
         return shape->may_shadow(medium.density->bounds(), m_towards_suns[light]);
       });

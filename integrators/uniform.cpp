@@ -17,6 +17,7 @@
 
 #include "integrators/default_step.h"
 #include "integrators/lighting.h"
+#include "integrators/ray_ends.h"
 #include "lib/core/error.h"
 #include "lib/core/param_table.h"
 #include "lib/math/box.h"
@@ -31,7 +32,7 @@ struct MarchSettings {
   double offset;              ///< position of a sample in its step, 0 .. 1
   double stop;                ///< transmittance at which a ray ends
   double slowest_extinction;  ///< of the responses to light: shadow rays end where `stop` of it is left
-  PixelCone cone;             ///< by which textures are filtered
+  RayEnds ends;               ///< what is seen behind the media
 };
 
 /// The densities of all media at a batch of steps: one virtual call per medium and batch.
@@ -84,16 +85,19 @@ class UniformTile {
         m_shadow(world, settings),
         m_ambient(media_with_ambient(world)) {}
 
-  RayResult trace(const Ray& ray) {
+  RayResult trace(const Ray& ray, const RayPath& path = {}) {
     RayResult result;
     const uint64_t samples_before = counters.samples();
     const Segment view{0.0, std::numeric_limits<double>::infinity()};
     const std::optional<WorldHit> hit = m_plan.surfaces ? nearest_surface(m_world, ray, view) : std::nullopt;
     Compositor<double> compositor(m_settings.stop);
     if (m_plan.media) march(ray, {view.t0, hit ? hit->t : view.t1}, compositor, result);
-    result.radiance = compositor.over(
-        radiance_at_end(m_world, m_plan, ray, hit, m_settings.cone, counters,
-                        [&](const Ray& shadow, Segment segment) { return media_depth(shadow, segment); }));
+    const double passed = compositor.transmittance();
+    result.radiance = compositor.over(m_settings.ends.radiance(
+        ray, hit, path, passed, counters,
+        [&](const Ray& shadow, Segment segment) { return media_depth(shadow, segment); },
+        // The rays that go on take the place of this one, of which nothing more is asked.
+        [&](const SecondaryRay& next) { return trace(next.ray, next.path).radiance; }));
     result.transmittance = hit ? 0.0 : compositor.transmittance();
     if (hit) {
       result.z_first = std::min(result.z_first, hit->t);
@@ -252,7 +256,7 @@ struct Uniform final : Integrator {
     check_step(world, finest);
     const MarchSettings settings{finest * accuracy.coarseness, sample == "middle" ? 0.5 : 0.0,
                                  accuracy.tolerance / 8.0, slowest_extinction(world),
-                                 middle_pixel_cone(world, accuracy.picture)};
+                                 RayEnds(world, plan, accuracy)};
     const bool scatters = plan.scattering || plan.ambient;
     if (scatters && plan.emission) return std::make_unique<UniformTracer<true, true>>(world, plan, settings);
     if (scatters) return std::make_unique<UniformTracer<true, false>>(world, plan, settings);

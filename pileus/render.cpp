@@ -57,8 +57,9 @@ class Pass {
         m_options(options),
         m_world(world),
         m_crop(crop),
-        m_tracer(scene.render.integrator->prepare(world, plan,
-                                                  {scene.render.tolerance, coarseness, scene.render.size})) {}
+        m_tracer(scene.render.integrator->prepare(
+            world, plan, {scene.render.tolerance, coarseness, scene.render.size, scene.render.max_bounces})) {
+  }
 
   /// Renders the tiles that are not done yet. Returns false where it was stopped: `tiles` then says what is
   /// done.
@@ -353,7 +354,7 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
 std::vector<std::string> explain_choices(const Scene& scene) {
   const EffectPlan plan = plan_effects(scene);
   const World world = build_world(scene);
-  const Accuracy accuracy{scene.render.tolerance, 1.0, scene.render.size};
+  const Accuracy accuracy{scene.render.tolerance, 1.0, scene.render.size, scene.render.max_bounces};
   return scene.render.integrator->prepare(world, plan, accuracy)->choices();
 }
 

@@ -11,6 +11,9 @@ struct Background : Plugin {
 
   /// Radiance arriving from the unit direction d [W/(m2 sr)].
   virtual Rgb radiance(const Vec3d& d) const = 0;
+
+  /// Irradiance by all of it on a surface of unit normal n [W/m2]: the integral of radiance(d) max(0, n.d).
+  virtual Rgb irradiance(const Vec3d& n) const = 0;
 };
 
 }  // namespace pileus

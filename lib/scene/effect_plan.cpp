@@ -131,15 +131,35 @@ EffectPlan plan_effects(const Scene& scene) {
                              "volumes that glow: ", "no volume has emission", "");
   plan.surfaces =
       add_effect(plan, "surfaces", solids, "solid objects: ", "the scene has no object", "surface_hits");
+  const auto solids_where = [&](bool (SurfaceShader::*does)() const) {
+    return names_where<Shape>(scene.objects,
+                              [&](const Shape& shape) { return shape.shader && ((*shape.shader).*does)(); });
+  };
+  plan.reflection =
+      add_effect(plan, "reflection", solids_where(&SurfaceShader::is_mirror),
+                 "objects that mirror their surroundings: ", "no object is a mirror", "reflected_rays");
+  plan.refraction =
+      add_effect(plan, "refraction", solids_where(&SurfaceShader::is_transparent),
+                 "objects that are seen through: ", "no object is transparent", "refracted_rays");
+  plan.sky_light = add_effect(plan, "sky_light", solids_where(&SurfaceShader::wants_sky),
+                              "objects in the light of the background: ", "no object's shader asks for it",
+                              "sky_light_samples");
+  plan.sun_disc = add_effect(
+      plan, "sun_disc", names_where<Light>(scene.lights, [](const Light& light) { return light.has_disc(); }),
+      "seen as a disc: ", "no light has a disc", "");
   plan.local_lights = add_effect(plan, "local_lights", local, "lights at a finite distance: ",
                                  all_lights.empty() ? "the scene has no light" : "every light is a sun", "");
   const bool something_lit = plan.scattering || (plan.surfaces && !all_lights.empty());
   plan.media_shadows =
       add_effect(plan, "media_shadows", something_lit ? dimming : "", "light is dimmed on its way by: ",
                  something_lit ? "no volume has extinction" : "nothing is lit", "media_shadow_rays");
+  const std::string casters =
+      names_where<Shape>(scene.objects, [](const Shape& shape) { return shape.casts_shadow(); });
   plan.surface_shadows =
-      add_effect(plan, "surface_shadows", something_lit ? solids : "",
-                 "light can be blocked by: ", something_lit ? "the scene has no object" : "nothing is lit",
+      add_effect(plan, "surface_shadows", something_lit ? casters : "", "light can be blocked by: ",
+                 !something_lit   ? "nothing is lit"
+                 : solids.empty() ? "the scene has no object"
+                                  : "all objects are transparent",
                  "surface_shadow_rays");
   const bool may_coarsen = scene.render.integrator && scene.render.integrator->has_level_of_detail();
   plan.level_of_detail = add_effect(

@@ -30,10 +30,17 @@ struct EffectPlan {
   bool ambient = false;              ///< a volume that scatters light of a sky around
   bool local_lights = false;         ///< lights whose direction changes along a ray
   bool surfaces = false;             ///< solids to see
+  bool reflection = false;           ///< solids that mirror what is around them
+  bool refraction = false;           ///< solids that are seen through
+  bool sky_light = false;            ///< solids in the light of the background
+  bool sun_disc = false;             ///< suns that are seen themselves
   bool media_shadows = false;        ///< media dim the light on its way
   bool surface_shadows = false;      ///< solids block the light
   bool level_of_detail = false;      ///< grids, and an integrator that may read them at coarser levels
   std::set<std::string> aovs;        ///< planes that the picture will have
+
+  /// Rays go on from some surface.
+  bool secondary_rays() const { return reflection || refraction; }
 
   std::vector<Effect> effects;  ///< all of the above with their reasons, in a fixed order
 };

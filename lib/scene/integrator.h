@@ -37,7 +37,8 @@ using Counters = std::map<std::string, uint64_t>;
 struct Accuracy {
   double tolerance = 0.0;   ///< absolute error per channel of linear radiance; 0: as exact as can be
   double coarseness = 1.0;  ///< >= 1: multiplies what trades accuracy for time (tolerance, step length)
-  Vec2i picture{0, 0};  ///< size of the whole picture [pixels]: some of its rays may be looked at beforehand
+  Vec2i picture{0, 0};   ///< size of the whole picture [pixels]: some of its rays may be looked at beforehand
+  int most_bounces = 8;  ///< how often a ray is followed on by mirrors and glass
 };
 
 /// An integrator made ready for one world. Immutable: trace() is called from many threads at once.

@@ -20,6 +20,15 @@ struct Light : Plugin {
   /// True where wi and irradiance are the same everywhere (a sun): phase functions are then evaluated once
   /// per ray.
   virtual bool is_directional() const { return false; }
+
+  /// True where the light is seen itself, as a disc in the sky.
+  virtual bool has_disc() const { return false; }
+
+  /// Radiance of the disc in the unit direction d, which meets nothing [W/(m2 sr)].
+  virtual Rgb disc_radiance(const Vec3d& d) const {
+    (void)d;
+    return Rgb(0.0);
+  }
 };
 
 }  // namespace pileus

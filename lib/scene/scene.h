@@ -24,6 +24,7 @@ struct RenderSettings {
   Vec2i size{960, 540};         ///< [pixels]
   double tolerance = 0.002;     ///< absolute error per channel of linear radiance
   int pixel_samples = 1;        ///< n: a regular grid of n x n rays per pixel
+  int max_bounces = 8;          ///< how often a ray is followed on by mirrors and glass
   int seed = 0;                 ///< recorded; deterministic integrators draw no random numbers
   std::string aovs = "beauty";  ///< comma-separated planes to write
   std::shared_ptr<const Integrator> integrator;

@@ -21,6 +21,9 @@ void RenderSettings::describe(ParamTable& params) {
   params.integer("pixel_samples", pixel_samples, "n: a regular grid of n x n rays per pixel")
       .at_least(1)
       .at_most(64);
+  params.integer("max_bounces", max_bounces, "how often a ray is followed on by mirrors and glass")
+      .at_least(0)
+      .at_most(64);
   params.integer("seed", seed, "seed of random numbers, recorded in the picture").at_least(0);
   params.text(
       "aovs", aovs,

@@ -16,9 +16,10 @@ struct SurfaceHit {
   double t = 0.0;      ///< [m]
   Vec3d n;             ///< unit normal, on the side the ray comes from
   double error = 0.0;  ///< [m] bound on how far ray.at(t) lies from the surface; see lib/math/offset_point.h
+  bool is_inside = false;  ///< the ray comes from inside the solid
 };
 
-/// A solid, opaque object: its form (the plugin) and what light does on it (the common part).
+/// A solid object: its form (the plugin) and what light does on it (the common part).
 struct Shape : Plugin {
   static constexpr const char* kKind = "object";
 
@@ -39,6 +40,9 @@ struct Shape : Plugin {
     (void)ray, (void)light, (void)t;
     return false;
   }
+
+  /// False where light passes: what is transparent throws no shadow.
+  bool casts_shadow() const { return !shader || !shader->is_transparent(); }
 
   /// World-space box [m]; may be infinite.
   virtual Box3d bounds() const = 0;

@@ -69,7 +69,7 @@ std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segm
   std::optional<WorldHit> nearest;
   for (const auto& shape : world.shapes) {
     if (const auto hit = shape->intersect(ray, segment)) {
-      nearest = WorldHit{hit->t, hit->n, hit->error, shape.get()};
+      nearest = WorldHit{hit->t, hit->n, hit->error, shape.get(), hit->is_inside};
       segment.t1 = hit->t;
     }
   }
@@ -77,8 +77,9 @@ std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segm
 }
 
 bool is_occluded(const World& world, const Ray& ray, Segment segment) {
-  return std::any_of(world.shapes.begin(), world.shapes.end(),
-                     [&](const auto& shape) { return shape->intersect(ray, segment).has_value(); });
+  return std::any_of(world.shapes.begin(), world.shapes.end(), [&](const auto& shape) {
+    return shape->casts_shadow() && shape->intersect(ray, segment).has_value();
+  });
 }
 
 }  // namespace pileus

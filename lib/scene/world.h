@@ -51,6 +51,7 @@ struct WorldHit {
   Vec3d n;       ///< unit normal on the ray's side
   double error;  ///< how far rounding may have moved the hit off the surface [m]
   const Shape* shape;
+  bool is_inside;  ///< the ray comes from inside the solid
 };
 
 /// Nearest solid surface with t in (segment.t0, segment.t1).

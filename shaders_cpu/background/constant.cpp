@@ -5,6 +5,8 @@
 ///   [background]
 ///   type = "constant"
 ///   radiance = [0.2, 0.3, 0.5]
+#include <numbers>
+
 #include "lib/core/param_table.h"
 #include "lib/scene/background.h"
 
@@ -18,6 +20,7 @@ struct Constant final : Background {
     params.rgb("radiance", m_radiance, "W/(m2 sr)", "from every direction").at_least(0);
   }
   Rgb radiance(const Vec3d&) const override { return m_radiance; }
+  Rgb irradiance(const Vec3d&) const override { return std::numbers::pi * m_radiance; }
 };
 
 }  // namespace

@@ -73,9 +73,11 @@ struct FreeFormObject final : FormedShape {
     const double scale = length(ray.o) + std::fabs(*t) + length(p);
     // On an edge where the form has no gradient the side of the ray is all that is known.
     if (!(steepness > 0.0) || !std::isfinite(steepness)) return SurfaceHit{*t, -ray.d, surface_error(scale)};
-    const Vec3d n = (dot(form.gradient, ray.d) > 0.0 ? -1.0 : 1.0) / steepness * form.gradient;
+    const bool is_inside = dot(form.gradient, ray.d) < 0.0;  // it leads inwards
+    const Vec3d n = (is_inside ? 1.0 : -1.0) / steepness * form.gradient;
     // As far as the value is from 0, with its own rounding.
-    return SurfaceHit{*t, n, surface_error(scale) + (std::fabs(form.value) + form.margin) / steepness};
+    const double error = surface_error(scale) + (std::fabs(form.value) + form.margin) / steepness;
+    return SurfaceHit{*t, n, error, is_inside};
   }
 
   /// Where rays towards the light begin or cease to meet the solid: looked for at equal distances in the

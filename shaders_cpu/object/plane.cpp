@@ -9,7 +9,8 @@
 ///   point = [0, -1, 0]
 ///   shader = { type = "phong", diffuse = [0.3, 0.3, 0.25] }
 ///
-/// Has no thickness, and both sides are seen.
+/// Has no thickness, and both sides are seen. For glass, the inside is the side that the normal leads away
+/// from.
 #include <cmath>
 #include <limits>
 
@@ -42,7 +43,9 @@ struct Plane final : Shape {
     const double speed = dot(m_n, ray.d);
     const double t = dot(m_n, to_point) / speed;  // parallel: infinite or no number, in no segment
     if (!(t > segment.t0 && t < segment.t1)) return std::nullopt;
-    return SurfaceHit{t, speed > 0.0 ? -m_n : m_n, surface_error(length(ray.o) + length(to_point) + t)};
+    const bool is_inside = speed > 0.0;
+    const double error = surface_error(length(ray.o) + length(to_point) + t);
+    return SurfaceHit{t, is_inside ? -m_n : m_n, error, is_inside};
   }
   /// All of one side is shaded: the edge is the plane itself, where rays end.
   bool append_shadow_edges(const Ray&, const Light&, std::vector<double>&) const override { return true; }

@@ -32,8 +32,9 @@ struct Sphere final : Shape {
     const auto t = sphere_hits(f, ray.d, m_radius).first_in(segment.t0, segment.t1);
     if (!t) return std::nullopt;
     const Vec3d outwards = normalize(f + *t * ray.d);
-    const Vec3d n = dot(outwards, ray.d) > 0.0 ? -outwards : outwards;
-    return SurfaceHit{*t, n, surface_error(length(ray.o) + length(f) + m_radius)};
+    const bool is_inside = dot(outwards, ray.d) > 0.0;
+    const double error = surface_error(length(ray.o) + length(f) + m_radius);
+    return SurfaceHit{*t, is_inside ? -outwards : outwards, error, is_inside};
   }
   /// The shadow is a cylinder behind the sphere for a sun, a cone for a point light: a quadratic along the
   /// ray.

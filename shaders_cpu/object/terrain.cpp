@@ -68,7 +68,8 @@ struct Terrain final : Shape {
     if (!hit) return std::nullopt;
     const Vec3d up = normalize(world_normal({-hit->du, -hit->dv, 1.0}));
     const double rounding = 4.0 * surface_error(length(ray.o) + hit->t + m_reach);
-    return SurfaceHit{hit->t, dot(up, ray.d) > 0.0 ? -up : up, rounding};
+    const bool is_inside = dot(up, ray.d) > 0.0;
+    return SurfaceHit{hit->t, is_inside ? -up : up, rounding, is_inside};
   }
 
   Box3d bounds() const override { return m_bounds; }

@@ -11,14 +11,15 @@ void add_shading_checks(Checks& checks) {
     expect_values<T>(row, {specular_power(row.input<T>("delta"), row.input<T>("n"))});
   });
   checks.add({"SHD-02"}, []<class T>(T, const HardCase& row) {
-    // Phong needs no half vector; with the light right behind, no visible side of a surface shows a
-    // highlight.
-    const auto phong = make_plugin<SurfaceShader>("phong", {{"diffuse", Rgb(0.0)}, {"specular", Rgb(1.0)}});
-    const std::vector<double> l = row.inputs<double>("L"), v = row.inputs<double>("V");
-    const Illumination light{{l[0], l[1], l[2]}, 1.0, Rgb(1.0)};
-    for (const Vec3d& n : {Vec3d(0, 0, -1), Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0.6, 0, -0.8)}) {
-      EXPECT_EQ(phong->shade({Vec3d(0.0), n}, {v[0], v[1], v[2]}, {&light, 1}),
-                Rgb(double(row.expected("specular"))));
+    // With the light right behind, no visible side of a surface shows a highlight.
+    for (const char* name : {"phong", "blinn_phong"}) {
+      const auto surface = make_plugin<SurfaceShader>(name, {{"diffuse", Rgb(0.0)}, {"specular", Rgb(1.0)}});
+      const std::vector<double> l = row.inputs<double>("L"), v = row.inputs<double>("V");
+      const Illumination light{{l[0], l[1], l[2]}, 1.0, Rgb(1.0)};
+      for (const Vec3d& n : {Vec3d(0, 0, -1), Vec3d(1, 0, 0), Vec3d(0, 1, 0), Vec3d(0.6, 0, -0.8)}) {
+        EXPECT_EQ(surface->shade({Vec3d(0.0), n}, {v[0], v[1], v[2]}, {&light, 1}),
+                  Rgb(double(row.expected("specular"))));
+      }
     }
   });
   checks.add({"PRJ-04"}, []<class T>(T, const HardCase& row) {

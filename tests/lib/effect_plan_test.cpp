@@ -44,6 +44,23 @@ TEST(EffectPlan, an_empty_scene_calls_for_nothing) {
   EXPECT_EQ(effect(plan, "aov_Z").find("off: not asked for: "), 0u);
 }
 
+TEST(EffectPlan, mirrors_and_glass_are_named) {
+  const EffectPlan plain = plan_of(kSun + kBall);
+  EXPECT_FALSE(plain.reflection || plain.refraction || plain.sky_light || plain.sun_disc);
+  EXPECT_FALSE(plain.secondary_rays());
+  EXPECT_EQ(effect(plain, "reflection"), "off: no object is a mirror");
+  EXPECT_EQ(effect(plain, "refraction"), "off: no object is transparent");
+  EXPECT_EQ(effect(plain, "sky_light"), "off: no object's shader asks for it");
+  EXPECT_EQ(effect(plain, "sun_disc"), "off: no light has a disc");
+  const EffectPlan glass = plan_of(kSun + "disc_deg = 0.5\n" + kBall + "shader = \"glass\"\n");
+  EXPECT_EQ(effect(glass, "reflection"), "on: objects that mirror their surroundings: ball");
+  EXPECT_EQ(effect(glass, "refraction"), "on: objects that are seen through: ball");
+  EXPECT_EQ(effect(glass, "sun_disc"), "on: seen as a disc: sun");
+  EXPECT_EQ(effect(glass, "surface_shadows"), "off: all objects are transparent");
+  const EffectPlan mirror = plan_of(kBall + "shader = { type = \"phong\", mirror = [0, 0, 1], sky = 1 }\n");
+  EXPECT_TRUE(mirror.reflection && mirror.sky_light && !mirror.refraction);
+}
+
 TEST(EffectPlan, a_volume_that_neither_dims_nor_glows_is_none) {
   const EffectPlan plan = plan_of(kSun + kFog + "extinction = 0\n");
   EXPECT_FALSE(plan.media || plan.scattering || plan.media_shadows);

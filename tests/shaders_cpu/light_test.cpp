@@ -1,7 +1,9 @@
 #include "lib/scene/light.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include <gtest/gtest.h>
 
@@ -84,6 +86,36 @@ TEST(GradientBackground, has_its_three_colours_and_no_step) {
     const double share = std::pow(0.5, exponent);
     EXPECT_NEAR(background->radiance({0.8, 0.5, 0}).x, 1.0 - share, 1e-15);
     EXPECT_NEAR(background->radiance({0.8, -0.5, 0}).y, 1.0 - share, 1e-15);
+  }
+}
+
+/// By the midpoint rule over the sphere.
+Rgb summed_irradiance(const Background& sky, const Vec3d& n) {
+  const int rings = 200, spokes = 200;
+  Rgb sum(0.0);
+  for (int i = 0; i < rings; ++i) {
+    for (int j = 0; j < spokes; ++j) {
+      const double y = -1.0 + 2.0 * (i + 0.5) / rings, azimuth = 2.0 * std::numbers::pi * (j + 0.5) / spokes;
+      const double across = std::sqrt(1.0 - y * y);
+      const Vec3d d(across * std::cos(azimuth), y, across * std::sin(azimuth));
+      sum += sky.radiance(d) * (std::max(0.0, dot(n, d)) * 4.0 * std::numbers::pi / (rings * spokes));
+    }
+  }
+  return sum;
+}
+
+TEST(Background, irradiance_is_that_of_its_radiance) {
+  const auto constant = make_plugin<Background>("constant", {{"radiance", Rgb(1, 2, 3)}});
+  for (const double exponent : {0.5, 1.0, 3.0}) {
+    const auto gradient = make_plugin<Background>("gradient", {{"exponent", exponent}});
+    for (const Vec3d& v :
+         {Vec3d(0, 1, 0), Vec3d(0, -1, 0), Vec3d(1, 0, 0), Vec3d(0.3, 0.5, -1), Vec3d(1, -2, 3)}) {
+      const Vec3d n = normalize(v);
+      for (const auto& sky : {constant, gradient}) {
+        const Rgb expected = summed_irradiance(*sky, n), found = sky->irradiance(n);
+        for (int c = 0; c < 3; ++c) EXPECT_NEAR(found[c] / expected[c], 1.0, 5e-4) << exponent << " " << v;
+      }
+    }
   }
 }
 

@@ -1,0 +1,87 @@
+#include "integrators/ray_ends.h"
+
+#include <algorithm>
+#include <cmath>
+
+#include "lib/math/offset_point.h"
+
+namespace pileus {
+namespace {
+
+double largest(const Rgb& rgb) {
+  return std::max({rgb.x, rgb.y, rgb.z});
+}
+
+/// What rays that are not followed count less than, as a share of the tolerance; and where that is 0.
+constexpr double kLeastShare = 0.02, kLeastWeight = 1e-7;
+
+/// Absorption behind a surface that a ray passes.
+Rgb absorption_behind(const WorldHit& hit, const Rgb& before) {
+  const Rgb own = hit.shape->shader->absorption_inside();
+  if (!hit.is_inside) return before + own;
+  const Rgb after = before - own;
+  return {std::max(after.x, 0.0), std::max(after.y, 0.0), std::max(after.z, 0.0)};
+}
+
+/// Absorption on the way to a hit: a camera may stand inside the solid.
+Rgb absorption_before(const WorldHit& hit, const RayPath& path) {
+  return path.bounces == 0 && hit.is_inside ? hit.shape->shader->absorption_inside() : path.absorption;
+}
+
+}  // namespace
+
+RayEnds::RayEnds(const World& world, const EffectPlan& plan, const Accuracy& accuracy)
+    : m_world(world),
+      m_plan(plan),
+      m_cone(middle_pixel_cone(world, accuracy.picture)),
+      m_least_weight(std::max(kLeastShare * accuracy.tolerance * accuracy.coarseness, kLeastWeight)),
+      m_most_bounces(accuracy.most_bounces) {}
+
+Rgb RayEnds::background(const Vec3d& d) const {
+  Rgb sum = m_world.background->radiance(d);
+  if (m_plan.sun_disc) {
+    for (const auto& light : m_world.lights) sum += light->disc_radiance(d);
+  }
+  return sum;
+}
+
+SurfacePoint RayEnds::surface_point(const Ray& ray, const WorldHit& hit, const RayPath& path,
+                                    TraceCounters& counters) const {
+  ++counters.surface_hits;
+  SurfacePoint point{offset_point(ray.at(hit.t), hit.n, hit.error), hit.n, m_cone.width(path.length + hit.t),
+                     hit.is_inside};
+  if (m_plan.sky_light && hit.shape->shader->wants_sky()) {
+    ++counters.sky_light_samples;
+    point.sky = m_world.background->irradiance(hit.n);
+  }
+  return point;
+}
+
+/// What solids let through of the light between the ray's origin and its end.
+Rgb RayEnds::leg_transmittance(const WorldHit& hit, const RayPath& path) const {
+  const Rgb tau = hit.t * absorption_before(hit, path);
+  return {std::exp(-tau.x), std::exp(-tau.y), std::exp(-tau.z)};
+}
+
+std::vector<SecondaryRay> RayEnds::secondary_rays(const Ray& ray, const WorldHit& hit,
+                                                  const SurfacePoint& point, const RayPath& path,
+                                                  const Rgb& leg, double passed,
+                                                  TraceCounters& counters) const {
+  std::vector<SecondaryRay> rays;
+  if (path.bounces >= m_most_bounces) return rays;
+  std::vector<ScatteredRay> scattered;
+  hit.shape->shader->append_scattered(point, -ray.d, scattered);
+  for (const ScatteredRay& next : scattered) {
+    const Rgb weight = leg * next.weight;
+    RayPath on{path.weight * passed * largest(weight), path.bounces + 1, path.length + hit.t,
+               absorption_before(hit, path)};
+    if (!(on.weight >= m_least_weight)) continue;
+    if (next.passes) on.absorption = absorption_behind(hit, on.absorption);
+    const Vec3d origin = next.passes ? offset_point(ray.at(hit.t), -hit.n, hit.error) : point.p;
+    rays.push_back({{origin, next.d}, on, weight});
+    ++(next.passes ? counters.refracted_rays : counters.reflected_rays);
+  }
+  return rays;
+}
+
+}  // namespace pileus

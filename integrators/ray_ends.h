@@ -1,0 +1,84 @@
+#pragma once
+
+#include <optional>
+#include <vector>
+
+#include "integrators/lighting.h"
+#include "integrators/pixel_cone.h"
+
+namespace pileus {
+
+/// How a ray came to be: from the camera, or by way of mirrors and glass.
+struct RayPath {
+  double weight = 1.0;            ///< strongest channel of what its radiance counts in the pixel
+  int bounces = 0;                ///< surfaces on the way
+  double length = 0.0;            ///< from the camera to its origin [m]
+  Rgb absorption{0.0, 0.0, 0.0};  ///< of the solids that it starts in [1/m]
+};
+
+/// A ray that goes on from the end of another.
+struct SecondaryRay {
+  Ray ray;
+  RayPath path;
+  Rgb weight;  ///< of its radiance in that of the other
+};
+
+/// What rays see at their ends: lit surfaces, mirrors and glass, the background. One for all integrators.
+class RayEnds {
+ public:
+  /// World and plan outlive it.
+  RayEnds(const World& world, const EffectPlan& plan, const Accuracy& accuracy);
+
+  /// The radiance that arrives from the end of a ray.
+  ///   passed: share of it that shows
+  ///   media_depth(ray, segment): optical depth, as the integrator at hand measures it
+  ///   go_on(secondary ray): the radiance of that ray, not yet weighted; or zero, where it is added later. No
+  ///     ray goes on that counts less in the pixel than a share of the tolerance, nor after
+  ///     Accuracy::most_bounces surfaces
+  template <class MediaDepth, class GoOn>
+  Rgb radiance(const Ray& ray, const std::optional<WorldHit>& hit, const RayPath& path, double passed,
+               TraceCounters& counters, MediaDepth&& media_depth, GoOn&& go_on) const {
+    if (!hit) return after_endless_leg(background(ray.d), path);
+    const SurfacePoint point = surface_point(ray, *hit, path, counters);
+    std::vector<Illumination> lights;
+    for (const auto& light : m_world.lights) {
+      Illumination here = light->at(point.p);
+      if (dot(point.n, here.wi) <= 0.0) continue;  // from behind: nothing of it shows
+      here.irradiance *= transmittance(depth_to_light(m_world, m_plan, point.p, here, counters, media_depth));
+      lights.push_back(here);
+    }
+    const Rgb lit = hit->shape->shader->shade(point, -ray.d, lights);
+    if (!m_plan.secondary_rays()) return lit;
+    const Rgb leg = leg_transmittance(*hit, path);
+    Rgb sum = leg * lit;
+    for (const SecondaryRay& next : secondary_rays(ray, *hit, point, path, leg, passed, counters)) {
+      sum += next.weight * go_on(next);
+    }
+    return sum;
+  }
+
+  /// What a ray of direction d sees that meets nothing.
+  Rgb background(const Vec3d& d) const;
+
+ private:
+  SurfacePoint surface_point(const Ray& ray, const WorldHit& hit, const RayPath& path,
+                             TraceCounters& counters) const;
+  Rgb leg_transmittance(const WorldHit& hit, const RayPath& path) const;
+  std::vector<SecondaryRay> secondary_rays(const Ray& ray, const WorldHit& hit, const SurfacePoint& point,
+                                           const RayPath& path, const Rgb& leg, double passed,
+                                           TraceCounters& counters) const;
+
+  /// Of a ray that starts in an absorbing solid and never leaves it, nothing comes back.
+  static Rgb after_endless_leg(const Rgb& light, const RayPath& path) {
+    const Rgb& a = path.absorption;
+    return {a.x > 0.0 ? 0.0 : light.x, a.y > 0.0 ? 0.0 : light.y, a.z > 0.0 ? 0.0 : light.z};
+  }
+
+  const World& m_world;
+  const EffectPlan& m_plan;
+  PixelCone m_cone;
+  double m_least_weight;  ///< in the pixel, below which no ray goes on
+  int m_most_bounces;
+};
+
+}  // namespace pileus
