@@ -6,7 +6,8 @@
 
 namespace pileus {
 
-/// The frames that "1-48", "1-48x4" (every fourth) or "7" means. Throws Error(usage) for anything else.
+/// The frames that "1-48", "1-48x4" (every fourth), "7" or a list of such, "1,4,10-20", means, in that order.
+/// Throws Error(usage) for anything else, and where a frame is named twice.
 std::vector<int> parse_frames(const std::string& text);
 
 /// True where a name has a place for a frame number: "smoke.%04d.vdb" or "smoke.%d.vdb".

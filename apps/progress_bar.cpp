@@ -24,7 +24,17 @@ ProgressBar::ProgressBar(std::string task, bool quiet)
     : m_task(std::move(task)), m_shown(!quiet && isatty(STDERR_FILENO)) {}
 
 ProgressBar::~ProgressBar() {
+  wipe();
+}
+
+void ProgressBar::wipe() {
   if (m_drawn) std::fputs("\r\033[K", stderr);
+  m_drawn = false;
+}
+
+void ProgressBar::update(std::string task, double share) {
+  m_task = std::move(task);
+  update(share);
 }
 
 void ProgressBar::update(double share) {

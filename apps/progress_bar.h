@@ -15,6 +15,10 @@ class ProgressBar {
 
   /// `share` of the work done, 0 .. 1. Draws at most ten times a second.
   void update(double share);
+  void update(std::string task, double share);  ///< the same, with another task from now on
+
+  /// Makes room for a line of text; the next update draws the bar again.
+  void wipe();
 
  private:
   using Clock = std::chrono::steady_clock;

@@ -7,10 +7,12 @@
 #include <fmt/format.h>
 
 #include "apps/commands.h"
+#include "apps/frame_names.h"
 #include "apps/interrupt.h"
 #include "apps/numbers.h"
 #include "apps/progress_bar.h"
-#include "apps/scene_options.h"
+#include "apps/render_command.h"
+#include "apps/render_frames.h"
 #include "apps/text_file.h"
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
@@ -19,29 +21,9 @@
 namespace pileus {
 namespace {
 
-using Clock = std::chrono::steady_clock;
-
-double seconds_since(Clock::time_point start) {
-  return std::chrono::duration<double>(Clock::now() - start).count();
+double seconds_since(RenderCommand::Clock::time_point start) {
+  return std::chrono::duration<double>(RenderCommand::Clock::now() - start).count();
 }
-
-struct RenderCommand {
-  SceneOptions scene;
-  std::vector<std::filesystem::path> outputs;
-  std::string crop;
-  std::filesystem::path report;
-  int threads = 0;
-  double time_limit = 0.0;
-  bool resume = false, quiet = false, half = false, json = false;
-
-  void run();
-
- private:
-  RenderOptions render_options() const;
-  void check_outputs(const Scene& loaded) const;
-  void write(Rendering& rendering) const;
-  void tell(const Rendering& rendering) const;
-};
 
 Crop parse_crop(const std::string& text) {
   const auto corners = parse_integers<4>(text, ',');
@@ -53,17 +35,23 @@ Crop parse_crop(const std::string& text) {
   return {x0, y0, x1, y1};
 }
 
-RenderOptions RenderCommand::render_options() const {
-  RenderOptions options;
-  options.threads = threads;
-  if (!crop.empty()) options.crop = parse_crop(crop);
-  options.time_limit = time_limit;
-  if (resume) options.checkpoint = outputs.front().string() + ".partial.exr";
-  options.is_cancelled = is_interrupted;
-  return options;
+/// How far a time limit made the picture coarser than asked; "" where it did not.
+std::string accuracy_reached(const RenderReport& report) {
+  if (report.coarseness <= 1.0) return "";
+  std::string text = fmt::format(", {:.3g} times coarser than asked", report.coarseness);
+  if (report.max_error_estimate)
+    text += fmt::format("; estimated error at most {:.2g}", *report.max_error_estimate);
+  return text;
 }
 
-/// Refuses, before any time is spent, what could not be written in the end.
+}  // namespace
+
+void RenderCommand::complete_outputs() {
+  if (outputs.empty())
+    outputs.push_back(scene.input.stem().string() + (frames.empty() ? ".png" : ".%04d.png"));
+  for (const auto& output : outputs) check_image_name(output);
+}
+
 void RenderCommand::check_outputs(const Scene& loaded) const {
   const CancellableScope cancellable;  // no probe shall stay behind
   const bool has_colours = plan_effects(loaded).aovs.count("beauty") > 0;
@@ -85,24 +73,46 @@ void RenderCommand::check_outputs(const Scene& loaded) const {
   const AtomicFile probe(report);
 }
 
-void RenderCommand::write(Rendering& rendering) const {
-  for (const auto& output : outputs) save(rendering, output, half);
+Crop RenderCommand::crop_of(const Scene& loaded) const {
+  return crop.empty() ? Crop{0, 0, loaded.render.size.x, loaded.render.size.y} : parse_crop(crop);
 }
 
-/// How far a time limit made the picture coarser than asked; "" where it did not.
-std::string accuracy_reached(const RenderReport& report) {
-  if (report.coarseness <= 1.0) return "";
-  std::string text = fmt::format(", {:.3g} times coarser than asked", report.coarseness);
-  if (report.max_error_estimate)
-    text += fmt::format("; estimated error at most {:.2g}", *report.max_error_estimate);
-  return text;
+std::filesystem::path RenderCommand::checkpoint() const {
+  return outputs.front().string() + ".partial.exr";
+}
+
+Rendering RenderCommand::render_to_files(const Scene& loaded, const Work& work) const {
+  RenderOptions options;
+  options.threads = threads;
+  options.crop = crop_of(loaded);
+  options.time_limit = time_limit;
+  if (work.has_checkpoint) options.checkpoint = checkpoint();
+  options.kept = work.kept;
+  options.is_cancelled = is_interrupted;
+  // Loading and building write nothing, so an interrupt may end them at once.
+  std::optional<CancellableScope> cancellable;
+  options.progress = [&](double share) {
+    if (!cancellable) cancellable.emplace();
+    work.progress(share);
+  };
+  Rendering rendering = render(loaded, options);
+  if (!work.comments.empty()) rendering.image.metadata[kComments] = work.comments;
+
+  const Clock::time_point write_start = Clock::now();
+  for (const auto& output : outputs) save(rendering, output, half);
+  std::error_code none_there;
+  if (work.has_checkpoint) std::filesystem::remove(checkpoint(), none_there);  // only now of no use any more
+  auto& seconds = rendering.report.seconds;
+  seconds["load"] += work.load_seconds;
+  seconds["write"] = seconds_since(write_start);
+  seconds["wall"] = seconds_since(work.start);
+  return rendering;
 }
 
 void RenderCommand::tell(const Rendering& rendering) const {
   for (const std::string& warning : rendering.report.warnings) {
     std::fprintf(stderr, "pileus: warning: %s\n", warning.c_str());
   }
-  if (json) std::fputs(to_json(rendering.report).c_str(), stdout);
   if (json || quiet) return;
   for (const auto& output : outputs) {
     fmt::print("{}: {} x {} pixels in {:.2f} s{}\n", output.string(), rendering.image.width,
@@ -111,39 +121,32 @@ void RenderCommand::tell(const Rendering& rendering) const {
   }
 }
 
-void RenderCommand::run() {
-  const Clock::time_point start = Clock::now();
-  if (outputs.empty()) outputs.push_back(scene.input.stem().string() + ".png");
-  for (const auto& output : outputs) check_image_name(output);
-  RenderOptions options = render_options();
-  const Scene loaded = scene.load();
+void RenderCommand::run_still() {
+  Work work;
+  work.start = Clock::now();
+  complete_outputs();
+  for (const auto& output : outputs) {
+    if (!has_frame_number(output)) continue;
+    throw Error(ErrorKind::usage, output.string(),
+                "names a sequence of files; expected --frames FIRST-LAST, such as --frames 1-48");
+  }
+  const Scene loaded = scene.load(frame);
   check_outputs(loaded);
-  const double load_seconds = seconds_since(start);
-
-  // Loading and building write nothing, so an interrupt may end them at once.
-  std::optional<CancellableScope> cancellable;
-  Rendering rendering = [&] {
+  work.load_seconds = seconds_since(work.start);
+  work.has_checkpoint = resume;
+  const Rendering rendering = [&] {
     ProgressBar bar("rendering", quiet);
-    options.progress = [&](double share) {
-      if (!cancellable) cancellable.emplace();
-      bar.update(share);
-    };
-    return render(loaded, options);
+    work.progress = [&](double share) { bar.update(share); };
+    return render_to_files(loaded, work);
   }();
-
-  const Clock::time_point write_start = Clock::now();
-  write(rendering);
-  std::error_code none_there;
-  if (resume) std::filesystem::remove(options.checkpoint, none_there);  // only now is it of no use any more
-  auto& seconds = rendering.report.seconds;
-  seconds["load"] += load_seconds;
-  seconds["write"] = seconds_since(write_start);
-  seconds["wall"] = seconds_since(start);
   if (!report.empty()) write_text(report, to_json(rendering.report));
   tell(rendering);
+  if (json) std::fputs(to_json(rendering.report).c_str(), stdout);
 }
 
-}  // namespace
+void RenderCommand::run() {
+  frames.empty() ? run_still() : render_frames(*this);
+}
 
 void add_render_command(CLI::App& app, int&) {
   auto command = std::make_shared<RenderCommand>();
@@ -151,20 +154,29 @@ void add_render_command(CLI::App& app, int&) {
       "render", "render a scene (.toml) or a bare volume (.vdb, .nvdb, ...) to .exr or .png");
   command->scene.add_to(*sub);
   sub->add_option("-o,--output", command->outputs,
-                  "picture to write, .exr or .png; may repeat (default: INPUT.png)")
+                  "picture to write, .exr or .png; may repeat (default: INPUT.png); with %04d where --frames "
+                  "puts numbers")
       ->type_name("OUT")
       ->allow_extra_args(false);
   sub->add_option("--threads", command->threads, "number of threads; 0: all cores")
       ->check(CLI::Range(0, 1024));
   sub->add_option("--crop", command->crop, "render these pixels only, X1 and Y1 excluded")
       ->type_name("X0,Y0,X1,Y1");
-  sub->add_option("--report", command->report, "write the figures of the render as JSON")
+  CLI::Option* const frames = sub->add_option(
+      "--frames", command->frames,
+      "a picture for each frame: 1-48, 1-48x4 for every fourth, or a list of such, 1,4,10-20");
+  sub->add_option("--frame", command->frame, "the frame at which keyframes are read (default 0)")
+      ->check(finite())
+      ->excludes(frames);
+  sub->add_option("--report", command->report, "write the figures of the render, or of all frames, as JSON")
       ->type_name("FILE.json");
-  CLI::Option* time_limit = sub->add_option("--time-limit", command->time_limit,
-                                            "the most accurate picture that fits into S seconds")
-                                ->type_name("S")
-                                ->check(finite_positive());
-  sub->add_flag("--resume", command->resume, "go on where an interrupted render with --resume stopped")
+  CLI::Option* time_limit =
+      sub->add_option("--time-limit", command->time_limit,
+                      "the most accurate picture (of each frame) that fits into S seconds")
+          ->type_name("S")
+          ->check(finite_positive());
+  sub->add_flag("--resume", command->resume,
+                "go on where an interrupted render with --resume, or with --frames, stopped")
       ->excludes(time_limit);
   sub->add_flag("--half", command->half, "store colours as 16-bit floats in .exr");
   sub->add_flag("--json", command->json, "print the figures of the render as JSON");
@@ -174,7 +186,8 @@ void add_render_command(CLI::App& app, int&) {
       "  pileus render smoke1.vdb -o smoke1.png\n"
       "  pileus render scene.toml -o a.exr -o a.png --tolerance 0.0005 --report a.json\n"
       "  pileus render scene.toml -o wide.png --size 1920x800 --set camera.fov_deg=55\n"
-      "  pileus render scene.toml -o quick.png --time-limit 2");
+      "  pileus render scene.toml -o quick.png --time-limit 2\n"
+      "  pileus render morph.toml -o morph.%04d.exr --frames 1-48 --resume");
   sub->callback([command] { command->run(); });
 }
 

@@ -52,10 +52,14 @@ void SceneOptions::add_to(CLI::App& command) {
   add_settings_to(command);
 }
 
-Scene SceneOptions::load() const {
+std::vector<std::string> SceneOptions::all_overrides() const {
   std::vector<std::string> all = overrides;
   all.insert(all.end(), settings.begin(), settings.end());
-  return pileus::load(input, all);
+  return all;
+}
+
+Scene SceneOptions::load(double frame) const {
+  return pileus::load(input, all_overrides(), frame);
 }
 
 }  // namespace pileus

@@ -20,7 +20,8 @@ struct SceneOptions {
   void add_to(CLI::App& command);
   void add_input_to(CLI::App& command);     ///< INPUT alone
   void add_settings_to(CLI::App& command);  ///< --set alone
-  Scene load() const;
+  Scene load(double frame = 0.0) const;
+  std::vector<std::string> all_overrides() const;
 };
 
 /// "960x540" as the scene writes it: an override. Throws Error(usage) for anything else.

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "lib/core/error.h"
+#include "lib/scene/animation.h"
 #include "pileus/pileus.h"
 #include "vdb_io/vdb_summary.h"
 #include "vdb_io/volume_format.h"
@@ -125,9 +126,9 @@ Scene load_bare_volume(const std::filesystem::path& file, const std::vector<std:
 
 }  // namespace
 
-Scene load(const std::filesystem::path& input, const std::vector<std::string>& overrides) {
+Scene load(const std::filesystem::path& input, const std::vector<std::string>& overrides, double frame) {
   const std::string extension = input.extension().string();
-  if (extension == ".toml") return load_scene(input, overrides);
+  if (extension == ".toml") return load_scene(input, overrides, frame);
   if (volume_format(input)) return load_bare_volume(input, overrides);
   throw Error(ErrorKind::usage, input.string(),
               fmt::format("extension \"{}\" is neither a scene (.toml) nor a volume ({})", extension,

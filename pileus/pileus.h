@@ -24,13 +24,17 @@
 namespace pileus {
 
 /// Reads a scene (`.toml`), or a bare volume (`.vdb`) as a scene with a camera that frames it, a sun, a fill
-/// light, a sky and an extinction that suits its density. `overrides` are `path.to.key=value` strings.
-Scene load(const std::filesystem::path& input, const std::vector<std::string>& overrides = {});
+/// light, a sky and an extinction that suits its density. `overrides` are `path.to.key=value` strings;
+/// keyframes are read at `frame`.
+Scene load(const std::filesystem::path& input, const std::vector<std::string>& overrides = {},
+           double frame = 0.0);
 
 /// A rectangle of pixels, [x0, x1) x [y0, y1), from the upper left corner.
 struct Crop {
   int x0, y0, x1, y1;
 };
+
+struct KeptVolumes;  // pileus/kept_volumes.h
 
 struct RenderOptions {
   int threads = 0;                   ///< 0: all cores
@@ -42,6 +46,7 @@ struct RenderOptions {
   /// Called with the share done, 0 .. 1, from one thread at a time: with 0 once the scene is built, then per
   /// tile.
   std::function<void(double)> progress;
+  KeptVolumes* kept = nullptr;         ///< volumes of the frame before, where there is one
   std::function<bool()> is_cancelled;  ///< polled often once the scene is built, from many threads; true ends
                                        ///< in Error(cancelled)
 };

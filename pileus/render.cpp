@@ -16,6 +16,7 @@
 #include "pileus/accuracy/power_law.h"
 #include "pileus/checkpoint.h"
 #include "pileus/film.h"
+#include "pileus/kept_volumes.h"
 #include "pileus/pileus.h"
 #include "pileus/tiles.h"
 #include "vdb_io/volumes/reading_notes.h"
@@ -306,11 +307,12 @@ Rendering render(const Scene& scene, const RenderOptions& options) {
 
   with_threads(options.threads, [&] {
     report.threads = thread_count();
-    LoadedVolumes loaded = load_volumes(scene);
+    LoadedVolumes loaded = options.kept ? options.kept->load(scene) : load_volumes(scene);
     report.seconds["load"] = seconds_since(start);
     warn_of_choices(scene, loaded, report);
     const Clock::time_point build_start = Clock::now();
     const World world = build_world(scene, std::move(loaded));
+    if (options.kept) options.kept->keep(world);
     report.seconds["build"] = seconds_since(build_start);
 
     if (options.progress) options.progress(0.0);

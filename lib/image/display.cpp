@@ -99,8 +99,9 @@ NonFinitePixels write_png(const std::filesystem::path& file, const Image& image,
                           const DisplayTransform& transform) {
   const DisplayImage shown = to_display(image, transform);
   const bool is_srgb = transform.curve == DisplayCurve::srgb;
-  const PngPicture picture{shown.width, shown.height, shown.rgb.data(),
-                           is_srgb ? StoredCurve::srgb : StoredCurve::gamma, transform.gamma};
+  const PngPicture picture{shown.width,      shown.height,
+                           shown.rgb.data(), is_srgb ? StoredCurve::srgb : StoredCurve::gamma,
+                           transform.gamma,  comments_of(image)};
   const Pictures& pictures = load_pictures();
   AtomicFile atomic(file);
   std::string reason;

@@ -15,4 +15,10 @@ Channel& Image::add(std::string name) {
   return channels.emplace_back(Channel{std::move(name), std::vector<float>(pixel_count(), 0.0f)});
 }
 
+std::string comments_of(const Image& image) {
+  const auto found = image.metadata.find(kComments);
+  const auto* text = found == image.metadata.end() ? nullptr : std::get_if<std::string>(&found->second);
+  return text ? *text : "";
+}
+
 }  // namespace pileus

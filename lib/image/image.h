@@ -31,4 +31,10 @@ struct Image {
   Channel& add(std::string name);  ///< a new channel, filled with 0
 };
 
+/// The header entry with a text of any kind, which PNG files keep, too.
+inline constexpr const char* kComments = "comments";
+
+/// That text; "" where there is none.
+std::string comments_of(const Image& image);
+
 }  // namespace pileus

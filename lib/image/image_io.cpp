@@ -49,6 +49,7 @@ Decode decode_of(const PictureHeader& header) {
 /// Splits interleaved stored values into linear channels.
 Image image_of(const PictureHeader& header, const std::vector<float>& stored) {
   Image image{header.width, header.height, {}, {}};
+  if (!header.comments.empty()) image.metadata[kComments] = header.comments;
   const Decode decode = decode_of(header);
   const size_t channels = header.channels.size();
   for (size_t c = 0; c < channels; ++c) {

@@ -11,7 +11,7 @@ namespace pileus {
 /// Reads a picture of any format that OpenImageIO knows (EXR, PNG, TIFF, HDR, JPEG, …) as linear values with
 /// premultiplied alpha. Files of floats are taken as linear. Files of integers are taken as display values, 1
 /// being the largest integer, and linearised by the curve that they name, or else by the sRGB curve; their
-/// alpha is linear as it is. Of several pictures in a file, the first is read.
+/// alpha is linear as it is. Of several pictures in a file, the first is read. The comments are kept.
 /// errors: Error(file) where the file is missing, damaged, no picture, a volume, or implausibly large;
 ///         Error(failed) where it is not EXR and libpileus_pictures cannot be loaded
 Image read_image(const std::filesystem::path& file);

@@ -1,6 +1,7 @@
 #include "lib/scene/keyframes.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
@@ -18,7 +19,8 @@ std::optional<double> number_of(const toml::node& node) {
 
 bool is_keyframed(const toml::node& node) {
   const toml::table* table = node.as_table();
-  return table && table->size() == 2 && table->contains("times") && table->contains("values");
+  return table && table->contains("times") && table->contains("values") &&
+         table->size() == (table->contains("interpolation") ? 3 : 2);
 }
 
 /// Numbers in the same places of both.
@@ -49,18 +51,79 @@ void replace_number(toml::array& parent, size_t index, toml::node&& number) {
   parent.replace(parent.cbegin() + std::ptrdiff_t(index), std::move(number));
 }
 
-/// (1 - share) a + share b, left in the place of a, which is parent[place].
-template <class Parent, class Place>
-void blend(Parent& parent, const Place& place, toml::node& a, const toml::node& b, double share) {
-  if (toml::array* array = a.as_array()) {
-    for (size_t i = 0; i < array->size(); ++i) blend(*array, i, (*array)[i], (*b.as_array())[i], share);
-    return;
-  }
-  const double from = *number_of(a), to = *number_of(b);
-  if (from == to) return;
-  toml::table blended = number_at(from + share * (to - from), a.source());
-  replace_number(parent, place, std::move(*blended.get("v")));
+/// One key of a number, or none beyond the first and the last.
+struct Key {
+  double time, value;
+};
+
+/// The slope of the smooth curve at `key`: none at the ends and where the values turn, else the weighted
+/// harmonic mean of the slopes on both sides. No curve between two keys then leaves their values.
+/// ref: F. N. Fritsch, J. Butland: A method for constructing local monotone piecewise cubic interpolants,
+/// 1984.
+double smooth_slope(const std::optional<Key>& before, const Key& key, const std::optional<Key>& after) {
+  if (!before || !after) return 0.0;
+  const double h0 = key.time - before->time, h1 = after->time - key.time;
+  const double d0 = (key.value - before->value) / h0, d1 = (after->value - key.value) / h1;
+  if (!(d0 * d1 > 0.0)) return 0.0;
+  const double w0 = h0 + 2.0 * h1, w1 = 2.0 * h0 + h1;
+  return (w0 + w1) / (w0 / d0 + w1 / d1);
 }
+
+/// The keys around a frame: the frame lies between keys[1] and keys[2].
+using KeysAround = std::array<std::optional<Key>, 4>;
+
+double linear_between(const KeysAround& keys, double frame) {
+  const Key &from = *keys[1], &to = *keys[2];
+  return from.value + (frame - from.time) / (to.time - from.time) * (to.value - from.value);
+}
+
+/// Cubic Hermite between the two keys.
+double smooth_between(const KeysAround& keys, double frame) {
+  const Key &from = *keys[1], &to = *keys[2];
+  const double h = to.time - from.time, s = (frame - from.time) / h, r = 1.0 - s;
+  const double m0 = smooth_slope(keys[0], from, keys[2]), m1 = smooth_slope(keys[1], to, keys[3]);
+  return from.value + (to.value - from.value) * s * s * (3.0 - 2.0 * s) + h * s * r * (r * m0 - s * m1);
+}
+
+/// The nodes that stand in one place of the values around a frame; null beyond the first and the last.
+using NodesAround = std::array<const toml::node*, 4>;
+
+/// Interpolates between values[1], which is parent[place], and values[2], number by number; the result is
+/// left in that place.
+class Interpolator {
+ public:
+  Interpolator(const std::array<double, 4>& times, double frame, bool is_smooth)
+      : m_times(times), m_frame(frame), m_is_smooth(is_smooth) {}
+
+  template <class Parent, class Place>
+  void blend(Parent& parent, const Place& place, toml::node& at, const NodesAround& values) const {
+    if (toml::array* array = at.as_array()) {
+      for (size_t i = 0; i < array->size(); ++i) blend(*array, i, (*array)[i], elements(values, i));
+      return;
+    }
+    KeysAround keys;
+    for (size_t k = 0; k < keys.size(); ++k) {
+      if (values[k]) keys[k] = Key{m_times[k], *number_of(*values[k])};
+    }
+    if (keys[1]->value == keys[2]->value) return;
+    const double number = m_is_smooth ? smooth_between(keys, m_frame) : linear_between(keys, m_frame);
+    toml::table blended = number_at(number, at.source());
+    replace_number(parent, place, std::move(*blended.get("v")));
+  }
+
+ private:
+  static NodesAround elements(const NodesAround& values, size_t index) {
+    NodesAround result{};
+    for (size_t k = 0; k < values.size(); ++k) {
+      if (values[k]) result[k] = &(*values[k]->as_array())[index];
+    }
+    return result;
+  }
+
+  std::array<double, 4> m_times;
+  double m_frame;
+  bool m_is_smooth;
+};
 
 class KeyframeResolver {
  public:
@@ -134,7 +197,18 @@ class KeyframeResolver {
         return false;
       }
     }
-    return true;
+    return check_interpolation(keyframes);
+  }
+
+  bool check_interpolation(const toml::table& keyframes) {
+    const toml::node* node = keyframes.get("interpolation");
+    if (!node) return true;
+    const std::string found = node->value_or(std::string());
+    if (found == "linear" || found == "smooth") return true;
+    const std::string nearest = nearest_name(found, {"linear", "smooth"});
+    problem(*node, fmt::format("keyframes: interpolation = {}; expected \"linear\" or \"smooth\"{}",
+                               describe_node(*node), nearest.empty() ? "" : "; nearest: " + nearest));
+    return false;
   }
 
   /// A table whose "v" is the value at the frame.
@@ -147,8 +221,16 @@ class KeyframeResolver {
     toml::table result;
     result.insert("v", std::move(values[before]));
     if (after > 0 && after < times.size()) {
-      const double t0 = *number_of(times[before]), t1 = *number_of(times[after]);
-      blend(result, toml::key("v"), *result.get("v"), values[after], (m_frame - t0) / (t1 - t0));
+      const bool is_smooth = keyframes["interpolation"].value_or(std::string()) == "smooth";
+      std::array<double, 4> around{};
+      NodesAround nodes{};
+      for (size_t k = 0; k < around.size(); ++k) {
+        const size_t index = before + k - 1;  // before = 0 wraps around to what no array holds
+        if (index >= times.size()) continue;
+        around[k] = *number_of(times[index]);
+        nodes[k] = index == before ? result.get("v") : &values[index];
+      }
+      Interpolator(around, m_frame, is_smooth).blend(result, toml::key("v"), *result.get("v"), nodes);
     }
     return result;
   }

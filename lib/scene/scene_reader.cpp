@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <fstream>
 #include <iterator>
+#include <set>
 #include <sstream>
 
 #include "lib/scene/animation.h"
@@ -306,21 +307,50 @@ std::string read_text(const std::filesystem::path& file) {
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 
-}  // namespace
+/// Adds the free forms that a part of a scene names, and those that these name in turn.
+void add_forms_named_in(const toml::node& part, const toml::table& root, std::set<std::string>& forms) {
+  if (const toml::table* table = part.as_table()) {
+    for (const auto& [key, child] : *table) add_forms_named_in(child, root, forms);
+  } else if (const toml::array* array = part.as_array()) {
+    for (const toml::node& child : *array) add_forms_named_in(child, root, forms);
+  } else if (const auto* name = part.as_string()) {
+    const toml::node* form = root[FreeFormRecipe::kSection][name->get()].node();
+    if (form && forms.insert(name->get()).second) add_forms_named_in(*form, root, forms);
+  }
+}
 
-Scene parse_scene(std::string_view text, const std::string& name, const std::filesystem::path& folder,
-                  const std::vector<std::string>& overrides, double frame) {
+std::set<std::string> forms_named_in(const toml::node& part, const toml::table& root) {
+  std::set<std::string> forms;
+  add_forms_named_in(part, root, forms);
+  return forms;
+}
+
+/// The text as a tree, with overrides, at a frame.
+toml::table read_root(std::string_view text, const std::string& name,
+                      const std::vector<std::string>& overrides, double frame) {
   toml::table root = parse_toml(text, name);
   for (const std::string& assignment : overrides) apply_override(root, assignment);
   std::vector<Diagnostic> problems = resolve_keyframes(root, frame, name);
   if (!problems.empty()) throw Error(ErrorKind::scene, std::move(problems));
+  return root;
+}
+
+}  // namespace
+
+Scene parse_scene(std::string_view text, const std::string& name, const std::filesystem::path& folder,
+                  const std::vector<std::string>& overrides, double frame) {
+  const toml::table root = read_root(text, name, overrides, frame);
   Scene scene = SceneReader(root, name, folder).read();
   scene.file = name;
+  bool changes_over_time = false;
   for (auto& [form_name, form] : scene.freeforms) {
-    if (form.changes_over_time()) form = form.at(frame);
+    if (!form.changes_over_time()) continue;
+    form = form.at(frame);
+    changes_over_time = true;
   }
   std::ostringstream canonical;
   canonical << root;
+  if (changes_over_time) canonical << "\nframe " << fmt::format("{}", frame);
   scene.hash = hash_text(canonical.str());
   return scene;
 }
@@ -336,6 +366,23 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
 
 Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides, double frame) {
   return parse_scene(read_text(file), file.string(), file.parent_path(), overrides, frame);
+}
+
+std::map<std::string, uint64_t> volume_keys(const std::filesystem::path& file,
+                                            const std::vector<std::string>& overrides, double frame) {
+  const toml::table root = read_root(read_text(file), file.string(), overrides, frame);
+  std::map<std::string, uint64_t> keys;
+  const toml::table* volumes = root[Medium::kKind].as_table();
+  if (!volumes) return keys;
+  for (const auto& [name, node] : *volumes) {
+    std::ostringstream text;
+    text << toml::node_view(node);
+    for (const std::string& form : forms_named_in(node, root))
+      text << form << root[FreeFormRecipe::kSection][form];
+    if (text.str().find("beta_over_time") != std::string::npos) text << fmt::format("frame {}", frame);
+    keys[std::string(name.str())] = hash_text(text.str());
+  }
+  return keys;
 }
 
 }  // namespace pileus

@@ -34,6 +34,7 @@ PictureHeader header_of(const OIIO::ImageSpec& spec) {
   header.is_straight = spec.get_int_attribute("oiio:UnassociatedAlpha") != 0;
   header.curve = curve.kind;
   header.gamma = curve.gamma;
+  header.comments = spec.get_string_attribute("ImageDescription");
   return header;
 }
 
@@ -108,6 +109,7 @@ class OiioPictures final : public Pictures {
   bool write_png(const std::string& file, const PngPicture& picture, std::string& reason) const override {
     OIIO::ImageSpec spec(picture.width, picture.height, 3, OIIO::TypeDesc::UINT8);
     spec.attribute("oiio:ColorSpace", colour_space(picture));
+    if (!picture.comments.empty()) spec.attribute("ImageDescription", picture.comments);
     const auto output = OIIO::ImageOutput::create("png");
     const bool is_written = output && output->open(file, spec) &&
                             output->write_image(OIIO::TypeDesc::UINT8, picture.rgb) && output->close();

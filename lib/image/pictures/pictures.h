@@ -24,6 +24,7 @@ struct PictureHeader {
   bool is_straight = false;  ///< the colours are not multiplied by alpha
   StoredCurve curve = StoredCurve::linear;
   double gamma = 1.0;  ///< for StoredCurve::gamma: linear = stored^gamma
+  std::string comments;
 };
 
 /// A picture file whose header has been read. Destroyed by the library that made it.
@@ -45,7 +46,8 @@ struct PngPicture {
   int height = 0;
   const uint8_t* rgb = nullptr;  ///< rgb[height][width][3]
   StoredCurve curve = StoredCurve::srgb;
-  double gamma = 1.0;  ///< as in PictureHeader
+  double gamma = 1.0;    ///< as in PictureHeader
+  std::string comments;  ///< "": none
 };
 
 /// What the library does. It knows nothing of pileus::Error: where it fails, it gives a reason.
