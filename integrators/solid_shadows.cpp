@@ -39,7 +39,9 @@ SolidShadows::SolidShadows(const World& world)
 
 uint64_t SolidShadows::find(std::span<MarchRay> packet, std::span<std::vector<Segment>> lit) const {
   const size_t lights = m_casters.size();
-  if (!may_shade(packet)) return 0;
+  const Casters casters = casters_of(packet);
+  if (std::all_of(casters.begin(), casters.end(), [](const auto& of_light) { return of_light.empty(); }))
+    return 0;
   uint64_t shadow_rays = 0;
   for (size_t i = 0; i < packet.size(); ++i) {
     MarchRay& job = packet[i];
@@ -48,13 +50,14 @@ uint64_t SolidShadows::find(std::span<MarchRay> packet, std::span<std::vector<Se
     for (size_t light = 0; light < lights; ++light) {
       std::vector<Segment>& own = lit[i * lights + light];
       own.clear();
-      if (!inside.empty()) append_lit({job.ray, light, own, shadow_rays}, inside);
+      if (!inside.empty()) append_lit({job.ray, light, casters[light], own, shadow_rays}, inside);
     }
   }
   return shadow_rays;
 }
 
-bool SolidShadows::may_shade(std::span<const MarchRay> packet) const {
+/// The shapes that may shade some medium where the rays of a packet pass through it.
+SolidShadows::Casters SolidShadows::casters_of(std::span<const MarchRay> packet) const {
   Beam beam;
   double t0 = kInfinity, t1 = 0.0;
   for (const MarchRay& job : packet) {
@@ -62,17 +65,22 @@ bool SolidShadows::may_shade(std::span<const MarchRay> packet) const {
     beam.d.extendBy(job.ray.d);
     t0 = std::min(t0, job.segment.t0), t1 = std::max(t1, job.segment.t1);
   }
+  std::vector<Box3d> seen_boxes;
   for (const WorldMedium& medium : m_world.media) {
     const Segment inside = beam.inside(medium.density->bounds());
     const Segment seen{std::max(inside.t0, t0), std::min(inside.t1, t1)};
-    if (seen.empty()) continue;
-    const Box3d box = beam.box(seen.t0, seen.t1);
-    for (size_t light = 0; light < m_casters.size(); ++light) {
-      for (const Shape* shape : m_casters[light])
-        if (shape->may_shadow(box, m_towards_suns[light])) return true;
+    if (!seen.empty()) seen_boxes.push_back(beam.box(seen.t0, seen.t1));
+  }
+  Casters casters(m_casters.size());
+  for (size_t light = 0; light < m_casters.size(); ++light) {
+    for (const Shape* shape : m_casters[light]) {
+      const bool shades = std::any_of(seen_boxes.begin(), seen_boxes.end(), [&](const Box3d& box) {
+        return shape->may_shadow(box, m_towards_suns[light]);
+      });
+      if (shades) casters[light].push_back(shape);
     }
   }
-  return false;
+  return casters;
 }
 
 /// The part of a segment that has all media in it.
@@ -89,7 +97,7 @@ Segment SolidShadows::inside_media(const Ray& ray, Segment segment) const {
 void SolidShadows::append_lit(const LitRay& to, Segment segment) const {
   std::vector<double> edges;
   bool has_all = true;
-  for (const Shape* shape : m_casters[to.light])
+  for (const Shape* shape : to.casters)
     has_all &= shape->append_shadow_edges(to.ray, *m_world.lights[to.light], edges);
   std::erase_if(edges, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
   edges.push_back(segment.t1);
@@ -134,7 +142,7 @@ void SolidShadows::append_lit_between(const LitRay& to, Segment segment) const {
 bool SolidShadows::is_lit(const LitRay& to, double t) const {
   ++to.shadow_rays;
   const Ray shadow{to.ray.at(t), m_towards_suns[to.light]};
-  return std::none_of(m_casters[to.light].begin(), m_casters[to.light].end(), [&](const Shape* shape) {
+  return std::none_of(to.casters.begin(), to.casters.end(), [&](const Shape* shape) {
     return shape->intersect(shadow, {0.0, kInfinity}).has_value();
   });
 }

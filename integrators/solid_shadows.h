@@ -27,12 +27,15 @@ class SolidShadows {
   uint64_t find(std::span<MarchRay> packet, std::span<std::vector<Segment>> lit) const;
 
  private:
-  bool may_shade(std::span<const MarchRay> packet) const;
+  using Casters = std::vector<std::vector<const Shape*>>;  ///< [light]: shapes that may shade a medium
+
+  Casters casters_of(std::span<const MarchRay> packet) const;
 
   /// What one sun lights of one ray, as far as it has been found.
   struct LitRay {
     const Ray& ray;
     size_t light;
+    const std::vector<const Shape*>& casters;  ///< those that may shade the packet
     std::vector<Segment>& stretches;
     uint64_t& shadow_rays;
   };
@@ -44,8 +47,8 @@ class SolidShadows {
 
   const World& m_world;
   std::vector<Vec3d> m_towards_suns;
-  std::vector<std::vector<const Shape*>> m_casters;  ///< [light]: shapes that may shade a medium
-  double m_finest = 0.0;                             ///< voxel of the media [m]
+  Casters m_casters;      ///< anywhere
+  double m_finest = 0.0;  ///< voxel of the media [m]
   bool m_any = false;
 };
 

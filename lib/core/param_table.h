@@ -19,7 +19,7 @@ struct Plugin;
 /// A parameter that is itself a plugin: `phase = { type = "hg", g = 0.6 }`.
 struct PluginSlot {
   std::string kind;          ///< registry kind, such as "phase"
-  std::string default_name;  ///< plugin used where the scene says nothing
+  std::string default_name;  ///< plugin used where the scene says nothing; "": none
   std::function<void(std::shared_ptr<Plugin>)> assign;
 };
 

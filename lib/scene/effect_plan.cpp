@@ -90,7 +90,8 @@ EffectPlan plan_effects(const Scene& scene) {
   const std::string all_lights = names_where<Light>(scene.lights, [](const Light&) { return true; });
   const std::string local =
       names_where<Light>(scene.lights, [](const Light& l) { return !l.is_directional(); });
-  const std::string solids = names_where<Shape>(scene.objects, [](const Shape&) { return true; });
+  const std::string solids =
+      names_where<Shape>(scene.objects, [](const Shape& shape) { return !shape.hidden; });
 
   plan.media = add_effect(
       plan, "media", names_where<Medium>(scene.volumes, [&](const Medium& m) { return dims(m) || glows(m); }),

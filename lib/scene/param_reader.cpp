@@ -149,7 +149,8 @@ void ParamReader::read(const toml::table& table, ParamTable& params, const std::
     if (param.is_required) {
       problem(loc(table), fmt::format("{}: parameter \"{}\" is missing: {}", owner, param.name, param.help));
     }
-    if (const auto* slot = std::get_if<PluginSlot>(&param.target)) {
+    const auto* slot = std::get_if<PluginSlot>(&param.target);
+    if (slot && !slot->default_name.empty()) {
       slot->assign(make_default_plugin(slot->kind, slot->default_name));
     }
   }

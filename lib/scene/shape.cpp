@@ -10,7 +10,8 @@ namespace pileus {
 
 void Shape::describe(ParamTable& params) {
   describe_form(params);
-  params.plugin<SurfaceShader>("shader", shader, "phong", "what light does on the surface");
+  params.plugin<SurfaceShader>("shader", shader, default_shader(), "what light does on the surface");
+  params.boolean("hidden", hidden, "not shown itself: only its instances are");
 }
 
 bool Shape::may_shadow(const Box3d& box, const Vec3d& towards_sun) const {

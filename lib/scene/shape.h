@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <string>
 #include <vector>
 
 #include "lib/core/registry.h"
@@ -24,8 +25,12 @@ struct Shape : Plugin {
   static constexpr const char* kKind = "object";
 
   std::shared_ptr<const SurfaceShader> shader;
+  bool hidden = false;  ///< not part of the world itself: other objects are made of it
 
   void describe(ParamTable& params) final;
+
+  /// The shader where the scene names none; "": none.
+  virtual std::string default_shader() const { return "phong"; }
 
   /// The parameters of the form.
   virtual void describe_form(ParamTable& params) = 0;

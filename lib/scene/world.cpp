@@ -1,7 +1,10 @@
 #include "lib/scene/world.h"
 
 #include <algorithm>
+#include <map>
 #include <utility>
+
+#include <fmt/ranges.h>
 
 #include "lib/core/error.h"
 #include "lib/scene/formed_shape.h"
@@ -22,6 +25,50 @@ auto named_errors(const char* kind, const std::string& name, Body&& body) {
     throw Error(error.kind(), std::move(diagnostics));
   }
 }
+
+/// Makes objects of what they are made of, each once.
+class ShapeBuilder {
+ public:
+  explicit ShapeBuilder(const Scene& scene)
+      : m_sources{scene.freeforms, [this](const std::string& name) { return build(name); }} {
+    for (const Named<Shape>& object : scene.objects) m_objects[object.name] = object.object;
+  }
+  ShapeBuilder(const ShapeBuilder&) = delete;  // the sources lead back here
+  ShapeBuilder& operator=(const ShapeBuilder&) = delete;
+
+  std::shared_ptr<const Shape> build(const std::string& name) {
+    const std::shared_ptr<const Shape>& object = m_objects.at(name);  // the reader has checked names
+    const auto* formed = dynamic_cast<const FormedShape*>(object.get());
+    if (!formed) return object;
+    std::shared_ptr<const Shape>& built = m_built[name];
+    if (built) return built;
+    check_path(name);
+    m_path.push_back(name);
+    built = formed->build(m_sources);
+    m_path.pop_back();
+    return built;
+  }
+
+ private:
+  void check_path(const std::string& name) const {
+    constexpr size_t kDeepest = 32;
+    if (std::find(m_path.begin(), m_path.end(), name) != m_path.end()) {
+      throw Error(ErrorKind::scene, SourceLoc{},
+                  fmt::format("is made of itself: {} -> {}; expected objects that do not lead back",
+                              fmt::join(m_path, " -> "), name));
+    }
+    if (m_path.size() >= kDeepest) {
+      throw Error(
+          ErrorKind::scene, SourceLoc{},
+          fmt::format("is made of objects that are made of objects, more than {} times; expected fewer",
+                      kDeepest));
+    }
+  }
+
+  std::map<std::string, std::shared_ptr<const Shape>> m_objects, m_built;
+  std::vector<std::string> m_path;  ///< objects that are being made, each of the next
+  ShapeSources m_sources;
+};
 
 /// Neither loaded nor built otherwise: the effect plan says so.
 bool is_visible(const Medium& medium) {
@@ -54,18 +101,22 @@ World build_world(const Scene& scene, LoadedVolumes loaded) {
                            ambient_light(medium.ambient, *density, name)});
   }
   for (const Named<Light>& light : scene.lights) world.lights.push_back(light.object);
+  ShapeBuilder shape_builder(scene);
   for (const Named<Shape>& object : scene.objects) {
-    const auto* formed = dynamic_cast<const FormedShape*>(object.object.get());
+    if (object.object->hidden) continue;
     world.shapes.push_back(
-        formed ? named_errors("object", object.name, [&] { return formed->build(scene.freeforms); })
-               : object.object);
+        named_errors("object", object.name, [&] { return shape_builder.build(object.name); }));
   }
+  std::vector<const Shape*> shapes;
+  for (const auto& shape : world.shapes) shapes.push_back(shape.get());
+  world.index = std::make_shared<const ShapeIndex>(std::move(shapes));
   world.background = scene.background;
   world.camera = scene.camera;
   return world;
 }
 
 std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segment segment) {
+  if (world.index) return world.index->nearest(ray, segment);
   std::optional<WorldHit> nearest;
   for (const auto& shape : world.shapes) {
     if (const auto hit = shape->intersect(ray, segment)) {
@@ -77,6 +128,7 @@ std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segm
 }
 
 bool is_occluded(const World& world, const Ray& ray, Segment segment) {
+  if (world.index) return world.index->is_occluded(ray, segment);
   return std::any_of(world.shapes.begin(), world.shapes.end(), [&](const auto& shape) {
     return shape->casts_shadow() && shape->intersect(ray, segment).has_value();
   });

@@ -8,6 +8,7 @@
 
 #include "lib/scene/scattering.h"
 #include "lib/scene/scene.h"
+#include "lib/scene/shape_index.h"
 
 namespace pileus {
 
@@ -28,6 +29,7 @@ struct World {
   std::vector<WorldMedium> media;
   std::vector<std::shared_ptr<const Light>> lights;
   std::vector<std::shared_ptr<const Shape>> shapes;
+  std::shared_ptr<const ShapeIndex> index;  ///< of the shapes; null: rays ask each of them
   std::shared_ptr<const Background> background;
   std::shared_ptr<const Camera> camera;
 };
@@ -44,15 +46,6 @@ World build_world(const Scene& scene, LoadedVolumes loaded);
 inline World build_world(const Scene& scene) {
   return build_world(scene, load_volumes(scene));
 }
-
-/// A surface point that a ray has met.
-struct WorldHit {
-  double t;      ///< [m]
-  Vec3d n;       ///< unit normal on the ray's side
-  double error;  ///< how far rounding may have moved the hit off the surface [m]
-  const Shape* shape;
-  bool is_inside;  ///< the ray comes from inside the solid
-};
 
 /// Nearest solid surface with t in (segment.t0, segment.t1).
 std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segment segment);

@@ -49,9 +49,9 @@ struct FreeFormObject final : FormedShape {
         .one_of({"newton", "subdivision"});
   }
 
-  std::shared_ptr<const Shape> build(const FreeForms& freeforms) const override {
+  std::shared_ptr<const Shape> build(const ShapeSources& sources) const override {
     auto built = std::make_shared<FreeFormObject>(*this);
-    built->m_solid = freeforms.at(m_form);
+    built->m_solid = sources.freeforms.at(m_form);
     const Box3d& box = built->m_solid.bounds();
     if (!box.isEmpty() && !is_finite(box)) {
       throw Error(ErrorKind::scene, SourceLoc{},

@@ -56,6 +56,7 @@ const std::vector<Library> kLibraries = {
     {"OpenImageIO", std::regex("OpenImageIO/.*"), {"lib/image/pictures"}},
     {"toml++", std::regex("toml\\+\\+/.*"), {"lib/scene", "tests"}},
     {"TBB", std::regex("(oneapi/)?tbb/.*"), {"lib/core"}},
+    {"assimp", std::regex("assimp/.*"), {"lib/geom/meshes"}},
     {"Embree", std::regex("embree[0-9]/.*"), {"lib/geom"}},
     {"Highway",
      std::regex("hwy/.*"),

@@ -1,0 +1,48 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <vector>
+
+#include "lib/geom/box_index.h"
+#include "lib/scene/shape.h"
+
+namespace pileus {
+
+/// A surface point that a ray has met.
+struct WorldHit {
+  double t;      ///< [m]
+  Vec3d n;       ///< unit normal on the ray's side
+  double error;  ///< how far rounding may have moved the hit off the surface [m]
+  const Shape* shape;
+  bool is_inside;  ///< the ray comes from inside the solid
+};
+
+/// Which of many shapes a ray meets. Those with bounds are found by an index where they are more than a few;
+/// those without are asked one by one. Answers are those of a plain loop: the nearest hit, of the first shape
+/// where several are equally near.
+class ShapeIndex {
+ public:
+  ShapeIndex() = default;
+
+  /// The shapes outlive the index.
+  explicit ShapeIndex(std::vector<const Shape*> shapes);
+
+  /// Nearest surface with t in (segment.t0, segment.t1).
+  std::optional<WorldHit> nearest(const Ray& ray, Segment segment) const;
+
+  /// True where a shape that casts shadows stands in the segment.
+  bool is_occluded(const Ray& ray, Segment segment) const;
+
+  /// Up to how many bounded shapes are asked one by one: a tree of so few spares less than it takes to enter
+  /// it.
+  static constexpr size_t kFew = 8;
+
+ private:
+  std::vector<const Shape*> m_shapes;
+  std::vector<size_t> m_alone;    ///< numbers of shapes that are always asked
+  std::vector<size_t> m_indexed;  ///< number of the shape of each box
+  BoxIndex m_boxes;
+};
+
+}  // namespace pileus
