@@ -2,12 +2,14 @@
 
 #include <cmath>
 #include <cstring>
+#include <filesystem>
 #include <limits>
 
 #include <gtest/gtest.h>
 
 #include "lib/core/error.h"
 #include "lib/image/image_io.h"
+#include "tests/fixtures/file_size_limit.h"
 #include "tests/fixtures/temp_folder.h"
 
 namespace pileus {
@@ -99,6 +101,21 @@ TEST(Display, png_names_its_gamma_so_that_reading_undoes_it) {
   const Image image = grey_image(1, 1, {0.25f});
   write_png(folder / "a.png", image, {.curve = DisplayCurve::gamma, .gamma = 2.0});
   EXPECT_NEAR(read_image(folder / "a.png").channels[0].values[0], 0.25f, 0.003);
+}
+
+TEST(Display, a_full_disk_is_an_error_and_leaves_the_old_png) {
+  const TempFolder folder;
+  std::vector<float> values(size_t(90) * 90);
+  for (size_t i = 0; i < values.size(); ++i) values[i] = float((i * i) % 257) / 257.0f;
+  const Image image = grey_image(90, 90, values);
+  write_png(folder / "a.png", image);
+  const auto whole_bytes = std::filesystem::file_size(folder / "a.png");
+  for (const auto allowed : {rlim_t(0), rlim_t(100), rlim_t(whole_bytes / 2), rlim_t(whole_bytes - 1)}) {
+    const FileSizeLimit limit(allowed);
+    EXPECT_THROW(write_png(folder / "a.png", image), Error) << allowed << " bytes allowed";
+  }
+  EXPECT_EQ(folder.file_count(), 1u);
+  EXPECT_EQ(std::filesystem::file_size(folder / "a.png"), whole_bytes);
 }
 
 }  // namespace

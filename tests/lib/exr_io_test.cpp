@@ -2,7 +2,6 @@
 
 #include <bit>
 #include <cmath>
-#include <csignal>
 #include <cstdint>
 #include <fstream>
 #include <iterator>
@@ -11,10 +10,10 @@
 #include <string>
 
 #include <gtest/gtest.h>
-#include <sys/resource.h>
 
 #include "lib/core/error.h"
 #include "lib/image/image_limits.h"
+#include "tests/fixtures/file_size_limit.h"
 #include "tests/fixtures/temp_folder.h"
 
 namespace pileus {
@@ -121,27 +120,6 @@ TEST(ExrIo, a_name_that_exr_cannot_hold_leaves_nothing_under_the_final_name) {
   EXPECT_THROW(write_exr(folder / "a.exr", image), Error);
   EXPECT_EQ(folder.file_count(), 0u);
 }
-
-/// Files of this process may not grow beyond `bytes` while this lives: a full disk, without filling one.
-class FileSizeLimit {
- public:
-  explicit FileSizeLimit(rlim_t bytes) {
-    ::getrlimit(RLIMIT_FSIZE, &m_old_limit);
-    const rlimit limit{bytes, m_old_limit.rlim_max};
-    ::setrlimit(RLIMIT_FSIZE, &limit);
-    m_old_handler = std::signal(SIGXFSZ, SIG_IGN);
-  }
-  ~FileSizeLimit() {
-    ::setrlimit(RLIMIT_FSIZE, &m_old_limit);
-    std::signal(SIGXFSZ, m_old_handler);
-  }
-  FileSizeLimit(const FileSizeLimit&) = delete;
-  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
-
- private:
-  rlimit m_old_limit{};
-  void (*m_old_handler)(int) = nullptr;
-};
 
 TEST(ExrIo, a_full_disk_is_an_error_and_leaves_nothing) {
   const TempFolder folder;

@@ -1,8 +1,10 @@
 #include "lib/image/pictures/pictures.h"
 
 #include <algorithm>
+#include <fstream>
 #include <vector>
 
+#include <OpenImageIO/filesystem.h>
 #include <OpenImageIO/imageio.h>
 
 #include "lib/core/version.h"
@@ -95,6 +97,15 @@ std::string colour_space(const PngPicture& picture) {
   return OIIO::Strutil::fmt::format("Gamma{:.4g}", picture.gamma);
 }
 
+/// OpenImageIO's own writing of PNG files does not notice a full disk.
+bool write_bytes(const std::string& file, const std::vector<unsigned char>& bytes, std::string& reason) {
+  std::ofstream stream(file, std::ios::binary);
+  stream.write(reinterpret_cast<const char*>(bytes.data()), std::streamsize(bytes.size()));
+  stream.close();
+  if (!stream) reason = "the file system refused a part of it; is the disk full?";
+  return bool(stream);
+}
+
 class OiioPictures final : public Pictures {
  public:
   std::unique_ptr<PictureReader> open(const std::string& file, std::string& reason) const override {
@@ -110,11 +121,16 @@ class OiioPictures final : public Pictures {
     OIIO::ImageSpec spec(picture.width, picture.height, 3, OIIO::TypeDesc::UINT8);
     spec.attribute("oiio:ColorSpace", colour_space(picture));
     if (!picture.comments.empty()) spec.attribute("ImageDescription", picture.comments);
+    std::vector<unsigned char> bytes;
+    OIIO::Filesystem::IOVecOutput memory(bytes);
     const auto output = OIIO::ImageOutput::create("png");
-    const bool is_written = output && output->open(file, spec) &&
+    const bool is_encoded = output && output->set_ioproxy(&memory) && output->open(file, spec) &&
                             output->write_image(OIIO::TypeDesc::UINT8, picture.rgb) && output->close();
-    if (!is_written) reason = output ? output->geterror() : OIIO::geterror();
-    return is_written;
+    if (!is_encoded) {
+      reason = output ? output->geterror() : OIIO::geterror();
+      return false;
+    }
+    return write_bytes(file, bytes, reason);
   }
 };
 
