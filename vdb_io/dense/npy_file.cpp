@@ -57,6 +57,14 @@ class DictionaryParser {
         fmt::format("is damaged: found \"{}\" at byte {}; expected {}", printable, m_begin + m_at, expected));
   }
 
+  /// NumPy has many types, and int64 is its default for whole numbers: nothing is wrong with the file.
+  [[noreturn]] void fail_type(const std::string& type, size_t begin) const {
+    m_file.fail(
+        fmt::format("has the type \"{}\" at byte {}; expected floats of 16, 32 or 64 bits, or whole "
+                    "numbers of 8, 16 or 32, as array.astype('float32') makes them",
+                    type.substr(0, 32), m_begin + begin));
+  }
+
   void skip_space() {
     while (m_at < m_text.size() && (m_text[m_at] == ' ' || m_text[m_at] == '\n')) ++m_at;
   }
@@ -90,10 +98,8 @@ class DictionaryParser {
       m_has_type = true;
       skip_space();
       const size_t begin = m_at;
-      if (!set_type(quoted())) {
-        m_at = begin;
-        fail("a type such as '<f4', '<f8', '|u1' or '<u2'");
-      }
+      const std::string type = quoted();
+      if (!set_type(type)) fail_type(type, begin);
     } else if (key == "fortran_order" && !m_has_order) {
       m_has_order = true;
       m_info.fortran_order = take("True");

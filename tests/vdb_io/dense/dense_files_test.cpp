@@ -252,6 +252,9 @@ TEST_F(DenseFiles, npy_refuses_what_it_cannot_be_with_the_byte) {
   expect_mentions(of_dictionary("{'descr': '<f4'}"),
                   "expected 'descr', 'fortran_order' and 'shape', each once");
   expect_mentions(of_dictionary("{'descr': '<c8', 'fortran_order': False, 'shape': (1,1,1)}"), "at byte 20");
+  const std::string int64 = of_dictionary("{'descr': '<i8', 'fortran_order': False, 'shape': (1,1,1)}");
+  expect_mentions(int64, "has the type \"<i8\" at byte 20");
+  EXPECT_EQ(int64.find("damaged"), std::string::npos) << int64;
   expect_mentions(of_dictionary("{'descr': '<f4', 'fortran_order': Maybe, 'shape': (1,1,1)}"),
                   "True or False");
   expect_mentions(of_dictionary("{'descr': '<f4', 'fortran_order': False, 'shape': (1,1)}"),
