@@ -230,12 +230,11 @@ void check_step(const World& world, double step) {
   for (const WorldMedium& medium : world.media) all.extendBy(medium.density->bounds());
   const double longest = all.isEmpty() ? 0.0 : length(all.size());
   if (longest <= kMostSteps * step) return;
-  throw Error(
-      ErrorKind::usage, SourceLoc{},
-      fmt::format(
-          "integrator \"uniform\": step = {} m makes up to {:.0f} steps per ray through {} m of media; "
-          "expected at most {:.0f}: a step of {} m or more",
-          step, longest / step, longest, kMostSteps, longest / kMostSteps));
+  throw Error(ErrorKind::usage, SourceLoc{},
+              fmt::format("integrator \"uniform\": step = {:.3g} m makes up to {:.3g} steps per ray through "
+                          "{:.3g} m of media; "
+                          "expected at most {:.3g}: a step of {} m or more",
+                          step, longest / step, longest, kMostSteps, longest / kMostSteps));
 }
 
 struct Uniform final : Integrator {
