@@ -55,7 +55,7 @@ std::optional<WorldHit> ShapeIndex::nearest(const Ray& ray, Segment segment) con
 
 bool ShapeIndex::is_occluded(const Ray& ray, Segment segment) const {
   const auto stands_in = [&](size_t number) {
-    return m_shapes[number]->casts_shadow() && m_shapes[number]->intersect(ray, segment).has_value();
+    return m_shapes[number]->intersect(ray, segment).has_value() && m_shapes[number]->casts_shadow();
   };
   for (const size_t number : m_alone) {
     if (stands_in(number)) return true;

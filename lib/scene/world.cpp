@@ -130,7 +130,7 @@ std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segm
 bool is_occluded(const World& world, const Ray& ray, Segment segment) {
   if (world.index) return world.index->is_occluded(ray, segment);
   return std::any_of(world.shapes.begin(), world.shapes.end(), [&](const auto& shape) {
-    return shape->casts_shadow() && shape->intersect(ray, segment).has_value();
+    return shape->intersect(ray, segment).has_value() && shape->casts_shadow();
   });
 }
 
