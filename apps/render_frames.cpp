@@ -61,8 +61,8 @@ class FrameSequence {
       write_report();
       throw;
     }
-    write_report();
-    if (m_command.json) std::fputs(report_text().c_str(), stdout);
+    const std::string report = write_report();
+    if (m_command.json) std::fputs(report.c_str(), stdout);
   }
 
  private:
@@ -174,8 +174,10 @@ class FrameSequence {
     return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   }
 
-  void write_report() const {
-    if (!m_command.report.empty()) write_text(m_command.report, report_text());
+  std::string write_report() const {
+    const std::string report = report_text();
+    if (!m_command.report.empty()) write_text(m_command.report, report);
+    return report;
   }
 
   const RenderCommand m_command;

@@ -150,7 +150,7 @@ ProgramOutcome stopped(const ProgramTest& test, const std::vector<std::string>& 
 
 TEST_F(RenderFrames, go_on_after_an_interruption_and_a_kill_to_the_same_bits) {
   std::string text = moving_scene();
-  text.replace(text.find("[24, 16]"), 8, "[180, 120]\ntolerance = 0\naovs = \"beauty,Z,error_estimate\"");
+  text.replace(text.find("[24, 16]"), 8, "[150, 100]\ntolerance = 0\naovs = \"beauty,Z,error_estimate\"");
   write("scene.toml", text);
   const std::vector<std::string> arguments{"render",   "scene.toml", "--frames",  "1-3",
                                            "-o",       "a.%d.exr",   "-o",        "a.%d.png",
