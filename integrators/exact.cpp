@@ -4,6 +4,7 @@
 /// is along a ray (METHODS §9.1), towards the camera and towards every light. The in-scattered light is
 /// integrated by adaptive Gauss–Kronrod panels until the sum of their error estimates is below `tolerance`;
 /// the estimate is reported per pixel. With tolerance 0 the quadrature goes on to a relative error of 1e-9.
+/// Fog dims and covers what every point of the ray sends, in closed form (docs/fog.md).
 ///
 ///   [render]
 ///   integrator = "exact"
@@ -12,11 +13,13 @@
 #include <cmath>
 #include <limits>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "integrators/light_bound.h"
 #include "integrators/lighting.h"
 #include "integrators/ray_ends.h"
+#include "integrators/ray_fog.h"
 #include "integrators/ray_profile.h"
 #include "integrators/source_quadrature.h"
 #include "lib/core/param_table.h"
@@ -36,12 +39,14 @@ double largest(const Rgb& rgb) {
 /// Traces one tile's rays; keeps its memory between them.
 class ExactTile {
  public:
-  ExactTile(const World& world, const EffectPlan& plan, const RayEnds& ends, double tolerance)
+  ExactTile(const World& world, const EffectPlan& plan, const RayEnds& ends, const FogSetup& fog,
+            double tolerance)
       : m_world(world),
         m_plan(plan),
         m_ends(ends),
         m_whole_tolerance(tolerance),
         m_ambient(media_with_ambient(world)),
+        m_fog(fog),
         m_dark_tau(kOpaqueTau / slowest_extinction(world)) {
     for (const WorldMedium& medium : world.media) m_terms = std::max(m_terms, medium.scattering.size());
     for (const size_t m : m_ambient) {
@@ -60,10 +65,13 @@ class ExactTile {
     const Segment view{0.0, std::numeric_limits<double>::infinity()};
     const std::optional<WorldHit> hit = m_plan.surfaces ? nearest_surface(m_world, ray, view) : std::nullopt;
     if (hit) result.z_first = hit->t;
-    if (m_plan.media) add_media(ray, {view.t0, hit ? hit->t : view.t1}, result);
+    const double t_end = hit ? hit->t : view.t1;
+    if (m_plan.fog) m_fog.build(ray, t_end, path.bounces == 0);
+    if (m_plan.media) add_media(ray, {view.t0, t_end}, result);
+    if (m_plan.fog) put_fog_before_end(result);
     if (result.transmittance > 0.0) add_end(ray, hit, path, result);
     if (hit) {
-      if (result.transmittance >= 0.5) result.z_half = hit->t;
+      if (!std::isfinite(result.z_half)) result.z_half = hit->t;
       result.transmittance = 0.0;
     }
     result.samples = counters.samples() - samples_before;
@@ -95,6 +103,7 @@ class ExactTile {
 
   void add_media(const Ray& ray, Segment segment, RayResult& result) {
     find_shadow_edges(ray, segment);
+    if (m_plan.fog) cut_at_fog(segment);
     m_profile.build(m_world, ray, segment, m_cuts, counters.camera);
     const auto& spans = m_profile.spans();
     if (spans.empty()) return;
@@ -102,7 +111,7 @@ class ExactTile {
     result.z_first = spans.front().t0;
     result.z_half = half_depth();
     if (m_plan.emission) result.radiance += emitted();
-    if (m_plan.scattering || m_plan.ambient) add_scattered(ray, result);
+    if (m_plan.scattering || m_plan.ambient || m_plan.fog) add_scattered(ray, result);
   }
 
   /// Where along the ray the edge of a solid's shadow is crossed: the in-scattered light jumps there.
@@ -116,6 +125,32 @@ class ExactTile {
     std::erase_if(m_cuts, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
   }
 
+  /// What shows of the end of the ray is dimmed, and the fog in front of it is added.
+  void put_fog_before_end(RayResult& result) {
+    ++counters.fog_veils;
+    const Veil veil = m_fog.end();
+    result.radiance += result.transmittance * veil.light;
+    result.transmittance *= veil.transmittance;
+  }
+
+  Veil veil_at(double t) {
+    ++counters.fog_veils;
+    return m_fog.to(t);
+  }
+
+  /// Of fog that may be opaque: behind that nothing counts.
+  double fog_depth_between(double t0, double t1) const {
+    constexpr double kOpaqueFog = 45.0;
+    return std::min(m_fog.tau_to(t1), kOpaqueFog) - std::min(m_fog.tau_to(t0), kOpaqueFog);
+  }
+
+  /// Where fog begins or ends, what shows through it has a kink.
+  void cut_at_fog(Segment segment) {
+    for (const double t : m_fog.edges()) {
+      if (t > segment.t0 && t < segment.t1) m_cuts.push_back(t);
+    }
+  }
+
   double half_depth() const {
     const double half = std::log(2.0);
     const auto& spans = m_profile.spans();
@@ -125,36 +160,38 @@ class ExactTile {
     return m_profile.t_at(size_t(after - spans.begin()), half - after->tau0);
   }
 
-  /// Light that the media emit themselves: closed form where a medium is alone, else a fixed rule per unit of
-  /// optical depth, whose error is below rounding.
-  Rgb emitted() const {
+  /// Light that the media emit themselves: closed form where a medium is alone without fog, else a fixed rule
+  /// per unit of optical depth, whose error is below rounding.
+  Rgb emitted() {
     Rgb sum(0.0);
     for (size_t i = 0; i < m_profile.spans().size(); ++i) {
       const auto& span = m_profile.spans()[i];
       const double before = transmittance(span.tau0);
       size_t alone = 0;
-      if (m_profile.is_single(i, alone)) {
+      if (!m_plan.fog && m_profile.is_single(i, alone)) {
         const WorldMedium& medium = m_world.media[alone];
         const double column = m_profile.column(i, alone);
         sum += medium.emission * (before * column * phi1(medium.extinction * column));
       } else {
-        sum += before * emitted_where_media_overlap(i);
+        sum += before * emitted_by_rule(i);
       }
     }
     return sum;
   }
 
-  Rgb emitted_where_media_overlap(size_t i) const {
+  Rgb emitted_by_rule(size_t i) {
     const auto& span = m_profile.spans()[i];
     const double t_end = m_profile.t_at(i, kOpaqueTau);  // nothing shows from behind
     const double tau = std::min(span.tau, kOpaqueTau);
-    const int parts = 1 + int(std::min(4.0 * tau + m_profile.exponential_rise(i), 1e5));
+    const double fog = m_plan.fog ? fog_depth_between(span.t0, t_end) : 0.0;
+    const int parts = 1 + int(std::min(4.0 * (tau + fog) + m_profile.exponential_rise(i), 1e5));
     const double h = (t_end - span.t0) / parts;
     Rgb sum(0.0);
     for (int part = 0; part < parts; ++part) {
       for (const auto& node : GaussKronrod7::kNodes) {
         const double t = span.t0 + h * (part + node.x);
-        const double weight = h * node.kronrod * transmittance(m_profile.tau_to(i, t));
+        double weight = h * node.kronrod * transmittance(m_profile.tau_to(i, t));
+        if (m_plan.fog) weight *= veil_at(t).transmittance;
         for (size_t m = 0; m < m_world.media.size(); ++m) {
           sum += m_world.media[m].emission * (weight * m_profile.density(i, m, t));
         }
@@ -170,10 +207,15 @@ class ExactTile {
     const double enough_tau =
         may_stop_early ? std::min(m_light_bound.enough_tau(m_tolerance), m_dark_tau) : m_dark_tau;
     const double stop_error = may_stop_early ? m_light_bound.beyond(enough_tau) : 0.0;
-    SourceQuadrature quadrature(m_profile,
-                                [&](size_t span, double t) { return source(ray, span, t, enough_tau); });
+    const auto in_clear = [&](size_t span, double t) { return source(ray, span, t, enough_tau); };
+    const bool is_lit = m_plan.scattering || m_plan.ambient;
+    const auto through_fog = [&](size_t span, double t) {
+      return veil_at(t).over(is_lit ? in_clear(span, t) : Rgb(0.0));
+    };
+    SourceQuadrature quadrature(m_profile, m_plan.fog ? SourceQuadrature::Source(through_fog) : in_clear);
+    const double fog_bound = m_plan.fog ? largest(m_fog.to(m_profile.spans().back().t1).light) : 0.0;
     const SourceQuadrature::Result scattered =
-        quadrature.integrate(light_bound + m_ambient_bound, m_tolerance - stop_error);
+        quadrature.integrate(light_bound + m_ambient_bound + fog_bound, m_tolerance - stop_error);
     result.error += rounding_error(ray, light_bound);
     result.radiance += scattered.radiance;
     result.error += scattered.error + stop_error;
@@ -289,9 +331,10 @@ class ExactTile {
   RayProfile m_profile;
   std::vector<double> m_cuts;
   std::vector<size_t> m_ambient;  ///< media in the light of a sky
-  double m_ambient_bound = 0.0;   ///< upper bound of its part of source()
-  double m_dark_tau;              ///< towards a light: no medium responds beyond
-  size_t m_terms = 0;             ///< largest number of terms of a medium's response
+  RayFog m_fog;
+  double m_ambient_bound = 0.0;  ///< upper bound of its part of source()
+  double m_dark_tau;             ///< towards a light: no medium responds beyond
+  size_t m_terms = 0;            ///< largest number of terms of a medium's response
   LightBound m_light_bound, m_one_light;
   std::vector<Rgb> m_weights;   ///< [medium][light][term]
   std::vector<Rgb> m_here;      ///< [term]: those of a light at a finite distance, at the present point
@@ -300,11 +343,19 @@ class ExactTile {
 
 class ExactTracer final : public Tracer {
  public:
-  ExactTracer(const World& world, const EffectPlan& plan, const RayEnds& ends, double tolerance)
-      : m_world(world), m_plan(plan), m_ends(ends), m_tolerance(tolerance) {}
+  ExactTracer(const World& world, const EffectPlan& plan, const Accuracy& accuracy, double tolerance)
+      : m_world(world),
+        m_plan(plan),
+        m_ends(world, plan, accuracy),
+        m_fog(world, tolerance, accuracy.picture),
+        m_tolerance(tolerance) {}
+
+  std::vector<std::string> choices() const override {
+    return m_fog.choice().empty() ? std::vector<std::string>{} : std::vector<std::string>{m_fog.choice()};
+  }
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
-    ExactTile tile(m_world, m_plan, m_ends, m_tolerance);
+    ExactTile tile(m_world, m_plan, m_ends, m_fog, m_tolerance);
     for (size_t i = 0; i < rays.size(); ++i) results[i] = tile.trace(rays[i]);
     tile.counters.add_to(counters);
   }
@@ -313,6 +364,7 @@ class ExactTracer final : public Tracer {
   const World& m_world;
   const EffectPlan& m_plan;
   RayEnds m_ends;
+  FogSetup m_fog;
   double m_tolerance;
 };
 
@@ -324,8 +376,7 @@ struct Exact final : Integrator {
     // A tolerance of 0 cannot be multiplied: where a coarser picture is wanted, it counts as a very small
     // one.
     const double finest = accuracy.coarseness > 1.0 ? std::max(accuracy.tolerance, 1e-5) : accuracy.tolerance;
-    return std::make_unique<ExactTracer>(world, plan, RayEnds(world, plan, accuracy),
-                                         finest * accuracy.coarseness);
+    return std::make_unique<ExactTracer>(world, plan, accuracy, finest * accuracy.coarseness);
   }
 };
 

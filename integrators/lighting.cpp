@@ -1,6 +1,9 @@
 #include "integrators/lighting.h"
 
 #include <algorithm>
+#include <limits>
+
+#include "lib/math/box.h"
 
 namespace pileus {
 
@@ -16,6 +19,18 @@ void TraceCounters::add_to(Counters& counters) const {
   counters["reflected_rays"] += reflected_rays;
   counters["refracted_rays"] += refracted_rays;
   counters["sky_light_samples"] += sky_light_samples;
+  counters["fog_veils"] += fog_veils;
+}
+
+Segment media_range(const World& world, const Ray& ray, Segment segment) {
+  Segment range{std::numeric_limits<double>::infinity(), 0.0};
+  for (const WorldMedium& medium : world.media) {
+    const Segment part = clip_to_box(ray, segment, medium.density->bounds());
+    if (part.empty()) continue;
+    range.t0 = std::min(range.t0, part.t0);
+    range.t1 = std::max(range.t1, part.t1);
+  }
+  return range;
 }
 
 std::vector<size_t> media_with_ambient(const World& world) {

@@ -22,6 +22,7 @@ struct TraceCounters {
   uint64_t reflected_rays = 0;     ///< that go on from a surface on the side they came from
   uint64_t refracted_rays = 0;     ///< and those that pass through it
   uint64_t sky_light_samples = 0;  ///< points whose light from the background was asked for
+  uint64_t fog_veils = 0;          ///< places seen through fog, whose dimming and light were evaluated
 
   void add_to(Counters& counters) const;
   uint64_t samples() const { return camera.density_samples + shadow.density_samples; }
@@ -42,6 +43,9 @@ double depth_to_light(const World& world, const EffectPlan& plan, const Vec3d& p
   ++counters.media_shadow_rays;
   return media_depth(ray, segment);
 }
+
+/// The stretch of a ray in which media can be; empty where there is none.
+Segment media_range(const World& world, const Ray& ray, Segment segment);
 
 /// The media of a world that scatter light of a sky.
 std::vector<size_t> media_with_ambient(const World& world);

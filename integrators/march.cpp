@@ -45,6 +45,7 @@
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/level_of_detail.h"
 #include "integrators/lighting.h"
+#include "integrators/march_fog.h"
 #include "integrators/march_packet.h"
 #include "integrators/march_scene.h"
 #include "integrators/ray_enclosure.h"
@@ -78,6 +79,9 @@ constexpr double kEstimateSafety = 2.0;
 
 /// Steps at first try: so that few rays need another.
 constexpr double kFirstQuality = 20.0;
+
+/// What the tables of fog may err by, in front of opaque media.
+constexpr double kFogShare = 0.02;
 
 /// A bound need not be narrower than this share of the tolerance.
 constexpr double kBoundShare = 0.05;
@@ -124,6 +128,7 @@ class MarchTracer final : public Tracer {
         m_promise(accuracy.tolerance * accuracy.coarseness),
         m_tolerance(plan.secondary_rays() ? 0.5 * m_promise : m_promise),
         m_ends(world, plan, accuracy),
+        m_fog(world, m_tolerance, accuracy.picture),
         m_march(world, plan, storage_for(options, m_tolerance)),
         m_exact(prepare_exact(world, plan, accuracy)) {
     MarchScene& kernel = m_march.kernel;
@@ -136,6 +141,8 @@ class MarchTracer final : public Tracer {
     const bool has_levels = std::any_of(levels.begin(), levels.end(), [](int level) { return level > 0; });
     if (has_levels) m_shares = kSharesWithLevels;
     m_choices = m_march.storage_choices();
+    if (!m_fog.choice().empty()) m_choices.push_back(m_fog.choice());
+    if (plan.fog) m_shares.step -= kFogShare;
     m_shares.step -= std::min(m_march.storage_error_in_view() / m_tolerance, kStorageShare);
     if (plan.scattering) choose_sunlight(accuracy.picture, options);
     if (has_levels) choose_levels(accuracy.picture, levels);
@@ -154,7 +161,8 @@ class MarchTracer final : public Tracer {
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     if (rays.empty()) return;
-    if (!m_plan.surfaces && !m_enclosed && misses_media(rays)) return show_background(rays, results);
+    if (!m_plan.surfaces && !m_plan.fog && !m_enclosed && misses_media(rays))
+      return show_background(rays, results);
     TraceCounters tile;
     const MarchPacket packet = trace_packet(rays, {}, results, tile);
     for (size_t i = 0; i < rays.size(); ++i) {
@@ -181,6 +189,7 @@ class MarchTracer final : public Tracer {
   MarchPacket trace_packet(std::span<const Ray> rays, std::span<const RayPath> paths,
                            std::span<RayResult> results, TraceCounters& tile) const {
     MarchPacket packet(rays, m_march, m_plan.surfaces, m_shadows.has_value());
+    if (m_plan.fog) packet.add_fog(m_fog, paths.empty());
     SecondaryRays next;
     for (size_t first = 0; first < rays.size(); first += kPacketRays) {
       const size_t end = std::min(first + kPacketRays, rays.size());
@@ -188,7 +197,7 @@ class MarchTracer final : public Tracer {
         find_end(packet, i, paths.empty() ? RayPath{} : paths[i], tile, &next);
       if (!next.rays.empty()) trace_on(packet, next, tile);
     }
-    for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i);
+    for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i, tile);
     if (m_shadows) tile.surface_shadow_rays += find_shadows(packet);
     march(packet);
     refine(packet);
@@ -277,10 +286,11 @@ class MarchTracer final : public Tracer {
     parallel_for((rays.size() + kRaysPerTask - 1) / kRaysPerTask, [&](size_t task) {
       const size_t first = task * kRaysPerTask, count = std::min(kRaysPerTask, rays.size() - first);
       MarchPacket packet(rays.subspan(first, count), m_march, m_plan.surfaces);
+      if (m_plan.fog) packet.add_fog(m_fog, true);
       TraceCounters counters;
       for (size_t i = 0; i < count; ++i) {
         find_end(packet, i, {}, counters, nullptr);
-        prepare_ray(packet, i);
+        prepare_ray(packet, i, counters);
         packet.jobs[i].step_quality *= kFiner;
         packet.jobs[i].stop *= kFiner;
       }
@@ -316,12 +326,13 @@ class MarchTracer final : public Tracer {
     packet.behind[i] = m_ends.radiance(ray, hit, path, 1.0, tile, depth, go_on);
   }
 
-  void prepare_ray(MarchPacket& packet, size_t i) const {
+  void prepare_ray(MarchPacket& packet, size_t i, TraceCounters& tile) const {
     const Ray& ray = packet.rays[i];
     MarchRay& job = packet.jobs[i];
     job.weights = packet.weights.data() + i * packet.weights_step;
+    double media = packet.weights_step == 0 ? packet.brightest : m_march.brightest(job.weights);
+    if (m_plan.fog) media = add_fog(m_world, kFogShare * m_tolerance, media, packet, i, tile);
     job.behind = largest(packet.behind[i]);
-    const double media = packet.weights_step == 0 ? packet.brightest : m_march.brightest(job.weights);
     job.brightest = std::max(job.behind, media);
     job.step_quality = kFirstQuality * m_shares.step * m_tolerance / std::max(job.brightest, 1e-3);
     job.stop = Shares::stop * m_tolerance / std::max(1.0, job.brightest);
@@ -417,6 +428,10 @@ class MarchTracer final : public Tracer {
     RayResult result;
     result.radiance = m_march.radiance(packet.sums.data() + i * packet.stride) + passed * packet.behind[i];
     result.transmittance = passed;
+    if (m_plan.fog) {
+      result.radiance += packet.fogs[i].light;
+      result.transmittance *= packet.fog_ends[i];
+    }
     result.z_first = z_first(packet.rays[i], marched.first);
     result.z_half = marched.z_half;
     if (m_plan.surfaces && packet.hits[i]) {
@@ -430,6 +445,7 @@ class MarchTracer final : public Tracer {
     const double cache_error = (1.0 - passed) * m_cache_error * m_march.sunlit(packet.jobs[i].weights);
     result.error = kEstimateSafety * marched.error + cache_error + stop_error + value_error;
     if (m_plan.secondary_rays()) result.error += passed * packet.behind_error[i];
+    if (m_plan.fog) result.error += (1.0 - passed) * packet.fog_errors[i];
     result.samples = marched.samples + marched.lookups;
     return result;
   }
@@ -469,6 +485,7 @@ class MarchTracer final : public Tracer {
   double m_promise;    ///< the tolerance
   double m_tolerance;  ///< of each ray; half of it where rays go on: they err, too
   RayEnds m_ends;
+  FogSetup m_fog;
   MarchWorld m_march;
   std::unique_ptr<const EnclosedWorld> m_enclosed;  ///< where a bound is asked for
   std::optional<SolidShadows> m_shadows;            ///< where solids shade media

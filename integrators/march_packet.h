@@ -7,6 +7,7 @@
 
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/march_scene.h"
+#include "integrators/ray_fog.h"
 #include "lib/core/build_features.h"
 #include "lib/scene/world.h"
 
@@ -39,6 +40,15 @@ struct MarchPacket {
     weights_step = count;
   }
 
+  /// Makes room for the fog of a world.
+  void add_fog(const FogSetup& setup, bool from_camera) {
+    are_from_camera = from_camera;
+    fog.emplace(setup);
+    fogs.resize(rays.size());
+    fog_errors.resize(rays.size());
+    fog_ends.resize(rays.size());
+  }
+
   std::span<const Ray> rays;
   std::vector<MarchRay> jobs;
   std::vector<MarchResult> marched;
@@ -46,6 +56,11 @@ struct MarchPacket {
   std::vector<Rgb> behind;                    ///< radiance from the end of each ray
   std::vector<double> behind_error;           ///< what rays that go on from there err; none without surfaces
   std::vector<std::vector<Segment>> lit;      ///< [ray][sun]; none where no solid shades a medium
+  std::optional<RayFog> fog;                  ///< of the present ray; none where the world has none
+  bool are_from_camera = true;
+  std::vector<MarchFog> fogs;      ///< of each ray
+  std::vector<double> fog_ends;    ///< how much of the end of each ray shows through all of it
+  std::vector<double> fog_errors;  ///< what their tables may change, of an opaque medium
   size_t stride;
   std::vector<double> sums;
   std::vector<float> weights;

@@ -45,6 +45,7 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
     if (!medium.density->has_bricks()) return "volume \"" + medium.name + "\" is not a grid";
   }
   if (plan.scattering && plan.local_lights) return "a light at a finite distance";
+  if (plan.fog && plan.aovs.count("error_bound") > 0) return "no bound is known through fog";
   if (plan.scattering && plan.aovs.count("error_bound") > 0 && SolidShadows(world).any())
     return "no bound is known where solids cast shadows into media";
   if (plan.secondary_rays() && plan.aovs.count("error_bound") > 0)

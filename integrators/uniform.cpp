@@ -18,9 +18,9 @@
 #include "integrators/default_step.h"
 #include "integrators/lighting.h"
 #include "integrators/ray_ends.h"
+#include "integrators/ray_fog.h"
 #include "lib/core/error.h"
 #include "lib/core/param_table.h"
-#include "lib/math/box.h"
 #include "lib/math/compositor.h"
 #include "lib/scene/integrator.h"
 
@@ -74,15 +74,16 @@ class DensityBatch {
 
 /// Traces one tile's rays; keeps its memory between them. What the plan leaves out is compiled out of the
 /// loop.
-template <bool kScatters, bool kEmits>
+template <bool kScatters, bool kEmits, bool kFog>
 class UniformTile {
  public:
-  UniformTile(const World& world, const EffectPlan& plan, const MarchSettings& settings)
+  UniformTile(const World& world, const EffectPlan& plan, const MarchSettings& settings, const FogSetup& fog)
       : m_world(world),
         m_plan(plan),
         m_settings(settings),
         m_view(world, settings),
         m_shadow(world, settings),
+        m_fog(fog),
         m_ambient(media_with_ambient(world)) {}
 
   RayResult trace(const Ray& ray, const RayPath& path = {}) {
@@ -91,14 +92,18 @@ class UniformTile {
     const Segment view{0.0, std::numeric_limits<double>::infinity()};
     const std::optional<WorldHit> hit = m_plan.surfaces ? nearest_surface(m_world, ray, view) : std::nullopt;
     Compositor<double> compositor(m_settings.stop);
-    if (m_plan.media) march(ray, {view.t0, hit ? hit->t : view.t1}, compositor, result);
-    const double passed = compositor.transmittance();
-    result.radiance = compositor.over(m_settings.ends.radiance(
+    const double t_end = hit ? hit->t : view.t1;
+    if constexpr (kFog) m_fog.build(ray, t_end, path.bounces == 0);
+    if (m_plan.media) march(ray, {view.t0, t_end}, compositor, result);
+    if constexpr (kFog) ++counters.fog_veils;
+    const Veil veil = kFog ? m_fog.end() : Veil{};
+    const double passed = compositor.transmittance() * veil.transmittance;
+    result.radiance = compositor.over(veil.over(m_settings.ends.radiance(
         ray, hit, path, passed, counters,
         [&](const Ray& shadow, Segment segment) { return media_depth(shadow, segment); },
         // The rays that go on take the place of this one, of which nothing more is asked.
-        [&](const SecondaryRay& next) { return trace(next.ray, next.path).radiance; }));
-    result.transmittance = hit ? 0.0 : compositor.transmittance();
+        [&](const SecondaryRay& next) { return trace(next.ray, next.path).radiance; })));
+    result.transmittance = hit ? 0.0 : passed;
     if (hit) {
       result.z_first = std::min(result.z_first, hit->t);
       result.z_half = std::min(result.z_half, hit->t);
@@ -110,20 +115,8 @@ class UniformTile {
   TraceCounters counters;
 
  private:
-  /// The stretch of the ray in which media can be.
-  Segment media_range(const Ray& ray, Segment segment) const {
-    Segment range{std::numeric_limits<double>::infinity(), 0.0};
-    for (const WorldMedium& medium : m_world.media) {
-      const Segment part = clip_to_box(ray, segment, medium.density->bounds());
-      if (part.empty()) continue;
-      range.t0 = std::min(range.t0, part.t0);
-      range.t1 = std::max(range.t1, part.t1);
-    }
-    return range;
-  }
-
   void march(const Ray& ray, Segment segment, Compositor<double>& compositor, RayResult& result) {
-    const Segment range = media_range(ray, segment);
+    const Segment range = media_range(m_world, ray, segment);
     for (size_t batch = 0; !compositor.done(); ++batch) {
       const double t = range.t0 + double(batch * DensityBatch::kSteps) * m_settings.step;
       if (!(t < range.t1)) return;
@@ -150,8 +143,17 @@ class UniformTile {
       }
     }
     result.z_first = std::min(result.z_first, step.t0);
+    if constexpr (kFog) {
+      const Veil veil = veil_at(0.5 * (step.t0 + step.t1));
+      radiance = veil.transmittance * radiance + opacity_from_tau(tau) * veil.light;
+    }
     compositor.add_radiance(tau, radiance);
     if (compositor.transmittance() < 0.5) result.z_half = std::min(result.z_half, step.t1);
+  }
+
+  Veil veil_at(double t) {
+    ++counters.fog_veils;
+    return m_fog.to(t);
   }
 
   /// In-scattered radiance per metre at p, which is step i of the view batch.
@@ -183,7 +185,7 @@ class UniformTile {
 
   /// Optical depth of all media in the segment, marched until no more of the light behind it matters.
   double media_depth(const Ray& ray, Segment segment) {
-    const Segment range = media_range(ray, segment);
+    const Segment range = media_range(m_world, ray, segment);
     NeumaierSum<double> tau;
     for (size_t batch = 0;; ++batch) {
       const double t = range.t0 + double(batch * DensityBatch::kSteps) * m_settings.step;
@@ -202,17 +204,22 @@ class UniformTile {
   const EffectPlan& m_plan;
   const MarchSettings& m_settings;
   DensityBatch m_view, m_shadow;
+  RayFog m_fog;
   std::vector<size_t> m_ambient;  ///< media in the light of a sky
 };
 
-template <bool kScatters, bool kEmits>
+template <bool kScatters, bool kEmits, bool kFog>
 class UniformTracer final : public Tracer {
  public:
-  UniformTracer(const World& world, const EffectPlan& plan, const MarchSettings& settings)
-      : m_world(world), m_plan(plan), m_settings(settings) {}
+  UniformTracer(const World& world, const EffectPlan& plan, const MarchSettings& settings,
+                const Accuracy& accuracy)
+      : m_world(world),
+        m_plan(plan),
+        m_settings(settings),
+        m_fog(world, accuracy.tolerance, accuracy.picture) {}
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
-    UniformTile<kScatters, kEmits> tile(m_world, m_plan, m_settings);
+    UniformTile<kScatters, kEmits, kFog> tile(m_world, m_plan, m_settings, m_fog);
     for (size_t i = 0; i < rays.size(); ++i) results[i] = tile.trace(rays[i]);
     tile.counters.add_to(counters);
   }
@@ -221,6 +228,7 @@ class UniformTracer final : public Tracer {
   const World& m_world;
   const EffectPlan& m_plan;
   MarchSettings m_settings;
+  FogSetup m_fog;
 };
 
 /// A step so short that a ray would never end is a slip of the pen, not a wish for accuracy.
@@ -256,11 +264,21 @@ struct Uniform final : Integrator {
     const MarchSettings settings{finest * accuracy.coarseness, sample == "middle" ? 0.5 : 0.0,
                                  accuracy.tolerance / 8.0, slowest_extinction(world),
                                  RayEnds(world, plan, accuracy)};
+    return plan.fog ? prepare_for<true>(world, plan, settings, accuracy)
+                    : prepare_for<false>(world, plan, settings, accuracy);
+  }
+
+ private:
+  template <bool kFog>
+  static std::unique_ptr<const Tracer> prepare_for(const World& world, const EffectPlan& plan,
+                                                   const MarchSettings& settings, const Accuracy& accuracy) {
     const bool scatters = plan.scattering || plan.ambient;
-    if (scatters && plan.emission) return std::make_unique<UniformTracer<true, true>>(world, plan, settings);
-    if (scatters) return std::make_unique<UniformTracer<true, false>>(world, plan, settings);
-    if (plan.emission) return std::make_unique<UniformTracer<false, true>>(world, plan, settings);
-    return std::make_unique<UniformTracer<false, false>>(world, plan, settings);
+    if (scatters && plan.emission)
+      return std::make_unique<UniformTracer<true, true, kFog>>(world, plan, settings, accuracy);
+    if (scatters) return std::make_unique<UniformTracer<true, false, kFog>>(world, plan, settings, accuracy);
+    if (plan.emission)
+      return std::make_unique<UniformTracer<false, true, kFog>>(world, plan, settings, accuracy);
+    return std::make_unique<UniformTracer<false, false, kFog>>(world, plan, settings, accuracy);
   }
 };
 

@@ -9,6 +9,7 @@
 #include "integrators/kernels/sun_nodes.h"
 #include "lib/math/affine.h"
 #include "lib/math/ray.h"
+#include "lib/math/vec.h"
 #include "lib/volume/brick_pyramid.h"
 
 namespace pileus {
@@ -53,6 +54,14 @@ struct MarchScene {
   double enough_shadow = 0.0;       ///< optical depth at which shadow rays may end
 };
 
+/// Fog in front of the media of a ray, linear between nodes in equal distances.
+struct MarchFog {
+  double t0 = 0.0, nodes_per_metre = 0.0;  ///< the first node lies at t0
+  std::vector<std::array<float, 4>>
+      nodes;       ///< transmittance, and the light of the fog in three channels; two or more
+  Rgb light{0.0};  ///< written by the march: the light of the fog in front of the media
+};
+
 /// What a ray asks for.
 struct MarchRay {
   Ray ray;
@@ -67,6 +76,7 @@ struct MarchRay {
   double stop = 0.0;                    ///< transmittance at which the ray ends
   const std::vector<Segment>* lit = nullptr;  ///< [light]: stretches that solids do not shade, ascending;
                                               ///< null: all. Of all rays of a packet or of none
+  MarchFog* fog = nullptr;                    ///< null: none. Of all rays or of none
 };
 
 /// What it gets, besides MarchSums.

@@ -14,6 +14,7 @@
 
 #include "hwy/highway.h"
 
+#include "integrators/kernels/fog-inl.h"
 #include "integrators/kernels/lattice_reader-inl.h"
 #include "integrators/kernels/packet-inl.h"
 #include "integrators/kernels/readers-inl.h"
@@ -28,7 +29,7 @@ namespace pileus::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// Marches one packet after the other. All rays of a packet take the same steps.
-///   kGrids:  1, with extinction; or 0: any, also with solids that shade the media
+///   kGrids:  1, with extinction; or 0: any, also with solids that shade the media and fog in front of them
 ///   kLights: 0 or 1; or -1: any
 ///   kPlain:  one scatter term, and no light that varies with height
 template <int kGrids, int kLights, bool kPlain>
@@ -134,7 +135,10 @@ class Marcher {
     m_history.reset();
     m_is_inside = false;
     if (m_scene.wants_depth) m_depths = {};
-    if constexpr (kGrids != 1) m_shades.begin(m_rays, m_base);
+    if constexpr (kGrids != 1) {
+      m_shades.begin(m_rays, m_base);
+      m_fog.begin(m_rays, m_base);
+    }
   }
 
   void place(size_t lane, size_t ray, const Ray& world) {
@@ -236,15 +240,6 @@ class Marcher {
     return true;
   }
 
-  /// The samples that came before, on the rays of one vector: what their errors are told by.
-  struct History {
-    PacketFloats lit1, lit2, sigma1, sigma2, bright1, weight1;
-
-    void reset() {
-      for (PacketFloats* past : {&lit1, &lit2, &sigma1, &sigma2, &bright1, &weight1}) past->fill(0.0f);
-    }
-  };
-
   /// Behind the last sample of a medium comes none of its density.
   void leave_medium() {
     for (size_t v = 0; v < kVectors; ++v) {
@@ -305,13 +300,6 @@ class Marcher {
     t = hn::MulAdd(dt, hn::Set(d, 0.5f), from);
   }
 
-  /// The error of the midpoint rule is h^2/24 of the second derivative: differences of neighbouring samples
-  /// measure it, in the lit density and, for the effect of a wrong optical depth on what lies behind, in the
-  /// density. Errors of different steps are added like independent ones.
-  static HWY_INLINE V second_difference(V now, V middle, V first) {
-    return hn::Abs(hn::Sub(hn::Add(first, now), hn::Add(middle, middle)));
-  }
-
   struct Sample {
     V sigma;   ///< extinction [1/m]
     V lit;     ///< radiance added per metre without anything in front
@@ -352,7 +340,12 @@ class Marcher {
     // Mean transmittance over a step: before * (1 - exp(-tau)) / tau.
     const V thin = hn::Set(d, 1e-12f);
     const V share = hn::IfThenElse(hn::Gt(tau, thin), hn::Div(opacity, hn::Max(tau, thin)), hn::Set(d, 1.0f));
-    const V mean = hn::Mul(hn::Mul(before, share), dt);
+    V mean = hn::Mul(hn::Mul(before, share), dt);
+    if (m_fog.any()) {
+      m_fog.look(v, t);
+      m_fog.add(v, hn::Mul(before, opacity));
+      mean = hn::Mul(mean, m_fog.passed(v));
+    }
     V lit = hn::Zero(d), glow = hn::Zero(d);
     for (int g = 0; g < grids(); ++g) {
       const V rho = m_rhos[size_t(g)].get(v), column = hn::Mul(mean, rho);
@@ -360,6 +353,10 @@ class Marcher {
       const V extinction = hn::Set(d, m_extinctions[size_t(g)]);
       lit = hn::MulAdd(hn::Mul(rho, extinction), add_scattered(g, v, hn::Mul(column, extinction), t), lit);
       glow = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[size_t(g)].glow)), glow);
+    }
+    if (m_fog.any()) {
+      lit = hn::MulAdd(lit, m_fog.passed(v), hn::Mul(sigma, m_fog.brightest(v)));
+      glow = hn::Mul(glow, m_fog.passed(v));
     }
     const V bright = hn::Div(lit, hn::Max(sigma, hn::Set(d, 1e-30f)));
     const V after = hn::NegMulAdd(before, opacity, before);
@@ -460,6 +457,9 @@ class Marcher {
       result.leaps = m_leaps;
       double* const own = sums + i * m_sums.size();
       for (size_t n = 0; n < m_sums.size(); ++n) own[n] = double(m_sums[n].of[i]);
+      if constexpr (kGrids != 1) {
+        if (m_fog.any()) m_fog.tell(i, *m_rays[i].fog);
+      }
       // A grid alone scatters all that does not pass.
       if constexpr (kGrids == 1) own[0] = opacity_from_tau(result.tau) / m_scene.grids[0].extinction;
     }
@@ -467,6 +467,7 @@ class Marcher {
 
   const MarchScene& m_scene;
   Shades m_shades;
+  PacketFog m_fog;
   std::vector<GridReader> m_grids;
   std::vector<LatticeReader> m_lattices;
   std::vector<float> m_extinctions;  ///< of each grid [1/m]
@@ -486,7 +487,7 @@ class Marcher {
   uint64_t m_samples = 0, m_lookups = 0, m_leaps = 0;
   PacketFloats m_start, m_end, m_behind, m_stop, m_height0, m_height1, m_passed, m_error2;
   CompensatedFloats m_tau;
-  History m_history;
+  StepHistory m_history;
   PacketDepths m_depths;
 };
 

@@ -162,6 +162,10 @@ EffectPlan plan_effects(const Scene& scene) {
                  : solids.empty() ? "the scene has no object"
                                   : "all objects are transparent",
                  "surface_shadow_rays");
+  plan.fog = add_effect(
+      plan, "fog", names_where<FogModel>(scene.fogs, [](const FogModel& fog) { return fog.is_visible(); }),
+      "in front of what is seen: ", scene.fogs.empty() ? "the scene has no fog" : "no fog has an extinction",
+      "fog_veils");
   const bool may_coarsen = scene.render.integrator && scene.render.integrator->has_level_of_detail();
   plan.level_of_detail = add_effect(
       plan, "level_of_detail",

@@ -36,6 +36,7 @@ struct EffectPlan {
   bool sun_disc = false;             ///< suns that are seen themselves
   bool media_shadows = false;        ///< media dim the light on its way
   bool surface_shadows = false;      ///< solids block the light
+  bool fog = false;                  ///< fog between the camera and what its rays show
   bool level_of_detail = false;      ///< grids, and an integrator that may read them at coarser levels
   std::set<std::string> aovs;        ///< planes that the picture will have
 

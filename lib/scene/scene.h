@@ -12,6 +12,7 @@
 #include "lib/math/vec.h"
 #include "lib/scene/background.h"
 #include "lib/scene/camera.h"
+#include "lib/scene/fog_model.h"
 #include "lib/scene/integrator.h"
 #include "lib/scene/light.h"
 #include "lib/scene/medium.h"
@@ -51,6 +52,7 @@ struct Scene {
   std::vector<Named<Light>> lights;
   std::vector<Named<Medium>> volumes;
   std::vector<Named<Shape>> objects;
+  std::vector<Named<FogModel>> fogs;
   FreeForms freeforms;
 };
 

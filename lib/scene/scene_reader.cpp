@@ -121,6 +121,7 @@ class SceneReader {
     m_scene.lights = read_named<Light>();
     m_scene.volumes = read_named<Medium>();
     m_scene.objects = read_named<Shape>();
+    m_scene.fogs = read_named<FogModel>();
     read_freeforms();
     check_references();
     make_freeforms();
@@ -141,9 +142,9 @@ class SceneReader {
   }
 
   void check_section_names() {
-    const std::vector<std::string> known{"pileus",      "render",     "display",
-                                         "camera",      "background", Light::kKind,
-                                         Medium::kKind, Shape::kKind, kFreeFormSection};
+    const std::vector<std::string> known{"pileus",        "render",        "display",     "camera",
+                                         "background",    Light::kKind,    Medium::kKind, Shape::kKind,
+                                         FogModel::kKind, kFreeFormSection};
     for (const auto& [key, node] : m_root) {
       const std::string name(key.str());
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;

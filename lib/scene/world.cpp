@@ -75,6 +75,26 @@ bool is_visible(const Medium& medium) {
   return medium.extinction > 0.0 || medium.emission != Rgb(0.0);
 }
 
+/// The light that a fog names, as it shines everywhere.
+Illumination sun_of(const FogModel& fog, const Scene& scene) {
+  const std::string name = fog.sun_name();
+  if (name.empty()) return FogView().sun;
+  const auto named = std::find_if(scene.lights.begin(), scene.lights.end(),
+                                  [&](const Named<Light>& light) { return light.name == name; });
+  PILEUS_CHECK(named != scene.lights.end());
+  if (!named->object->is_directional()) {
+    throw Error(ErrorKind::scene, SourceLoc{},
+                fmt::format("sun = \"{}\" is a light at a finite distance; expected a sun", name));
+  }
+  return named->object->at(Vec3d(0.0));
+}
+
+/// Where the camera looks, in world space.
+Vec3d view_axis(const Camera& camera) {
+  const Imath::M44d camera_from_world = camera.camera_from_world();
+  return -normalize(Vec3d(camera_from_world[0][2], camera_from_world[1][2], camera_from_world[2][2]));
+}
+
 }  // namespace
 
 LoadedVolumes load_volumes(const Scene& scene) {
@@ -110,6 +130,11 @@ World build_world(const Scene& scene, LoadedVolumes loaded) {
   std::vector<const Shape*> shapes;
   for (const auto& shape : world.shapes) shapes.push_back(shape.get());
   world.index = std::make_shared<const ShapeIndex>(std::move(shapes));
+  for (const auto& [name, fog] : scene.fogs) {
+    if (!fog->is_visible()) continue;
+    const Illumination sun = named_errors("fog", name, [&] { return sun_of(*fog, scene); });
+    world.fogs.push_back({name, fog, {view_axis(*scene.camera), sun}});
+  }
   world.background = scene.background;
   world.camera = scene.camera;
   return world;

@@ -24,12 +24,20 @@ struct WorldMedium {
   AmbientLight ambient{};                              ///< light of the sky around
 };
 
+/// Fog ready to render.
+struct WorldFog {
+  std::string name;
+  std::shared_ptr<const FogModel> model;
+  FogView view;
+};
+
 /// The scene as integrators see it: everything loaded and built, nothing that changes any more.
 struct World {
   std::vector<WorldMedium> media;
   std::vector<std::shared_ptr<const Light>> lights;
   std::vector<std::shared_ptr<const Shape>> shapes;
   std::shared_ptr<const ShapeIndex> index;  ///< of the shapes; null: rays ask each of them
+  std::vector<WorldFog> fogs;  ///< between the camera and what its rays show
   std::shared_ptr<const Background> background;
   std::shared_ptr<const Camera> camera;
 };

@@ -61,6 +61,15 @@ TEST(EffectPlan, mirrors_and_glass_are_named) {
   EXPECT_TRUE(mirror.reflection && mirror.sky_light && !mirror.refraction);
 }
 
+TEST(EffectPlan, fog_is_on_where_some_of_it_shows) {
+  EXPECT_EQ(effect(plan_of(""), "fog"), "off: the scene has no fog");
+  const std::string clear = "[fog.clear]\ntype = \"height\"\nextinction = 0\n";
+  EXPECT_EQ(effect(plan_of(clear), "fog"), "off: no fog has an extinction");
+  const EffectPlan plan = plan_of(clear + "[fog.haze]\ntype = \"distance\"\n");
+  EXPECT_TRUE(plan.fog);
+  EXPECT_EQ(effect(plan, "fog"), "on: in front of what is seen: haze");
+}
+
 TEST(EffectPlan, a_volume_that_neither_dims_nor_glows_is_none) {
   const EffectPlan plan = plan_of(kSun + kFog + "extinction = 0\n");
   EXPECT_FALSE(plan.media || plan.scattering || plan.media_shadows);

@@ -1,0 +1,145 @@
+// Fog in front of, around and behind what rays show: every integrator evaluates the same formula,
+//   L = integral of T_media sigma (T_fog L_media + C_fog) dt + T_media (T_fog L_end + C_fog).
+#include <algorithm>
+#include <cmath>
+
+#include <gtest/gtest.h>
+
+#include "tests/fixtures/march_scenes.h"
+#include "tests/fixtures/picture_scene.h"
+#include "tests/fixtures/traced_scene.h"
+
+namespace pileus {
+namespace {
+
+const std::string kExact = "[render]\nintegrator = \"exact\"\n",
+                  kUniform = "[render]\nintegrator = { type = \"uniform\", step = 0.001 }\n",
+                  kSky = "[background]\ntype = \"constant\"\nradiance = [0.3, 0.5, 0.9]\n";
+
+void expect_near(const Rgb& got, const Rgb& expected, double tolerance, const std::string& what = "") {
+  for (int c = 0; c < 3; ++c) EXPECT_NEAR(got[c], expected[c], tolerance) << what << ", channel " << c;
+}
+
+double difference(const Rgb& a, const Rgb& b) {
+  const Rgb d = a - b;
+  return std::max({std::abs(d.x), std::abs(d.y), std::abs(d.z)});
+}
+
+const Ray kAhead{{0.0, 0.0, 5.0}, {0.0, 0.0, -1.0}};
+
+TEST(Fog, dims_the_background_and_a_solid_by_its_distance) {
+  const std::string fog = "[fog.f]\ntype = \"distance\"\ndensity = 0.1\ncolour = [0.2, 0.4, 0.6]\n";
+  const std::string ball =
+      "[object.ball]\ntype = \"sphere\"\nradius = 1\nshader = { type = \"phong\", diffuse = [0, 0, 0], "
+      "ambient = "
+      "[1, 1, 1], ambient_radiance = [0.9, 0.7, 0.1] }\n";
+  for (const std::string& integrator :
+       {kExact, kUniform, std::string("[render]\nintegrator = \"march\"\n")}) {
+    const RayResult sky = TracedScene(integrator + kSky + fog, 1e-3).trace(kAhead);
+    expect_near(sky.radiance, {0.2, 0.4, 0.6}, 1e-15, integrator);
+    EXPECT_EQ(sky.transmittance, 0.0);
+    const RayResult hit = TracedScene(integrator + kSky + fog + ball, 1e-3).trace(kAhead);
+    const double fade = std::exp(-0.4);
+    expect_near(hit.radiance, fade * Rgb(0.9, 0.7, 0.1) + (1.0 - fade) * Rgb(0.2, 0.4, 0.6), 1e-14,
+                integrator);
+    EXPECT_NEAR(hit.z_first, 4.0, 1e-12) << "depth is that of the solid";
+  }
+}
+
+TEST(Fog, alpha_counts_it) {
+  const RayResult sky =
+      TracedScene(kExact + "[fog.f]\ntype = \"height\"\nextinction = 0.01\nscale_height = 20\n")
+          .trace({{0.0, 0.0, 0.0}, {0.0, 1.0, 0.0}});
+  EXPECT_NEAR(sky.transmittance, std::exp(-0.2), 1e-15);
+}
+
+/// A homogeneous box in homogeneous fog, known on paper: 4 m of fog, 2 m of both, fog for ever.
+TEST(Fog, around_an_absorbing_and_glowing_box_is_known_on_paper) {
+  const std::string scene = kSky +
+                            "[fog.f]\ntype = \"distance\"\ndensity = 0.1\ncolour = [0.2, 0.4, 0.6]\n"
+                            "[volume.box]\ntype = \"box\"\nextinction = 0.7\nalbedo = [0, 0, 0]\n";
+  const Rgb fog(0.2, 0.4, 0.6), glow(0.5, 0.1, 0.3);
+  const auto seen = [&](const Rgb& emission) {
+    const double before = std::exp(-0.4), both = 0.8, through = std::exp(-1.6);
+    return fog * (1.0 - before) + (0.1 * fog + emission) * (before * (1.0 - through) / both) +
+           fog * (before * through);
+  };
+  const std::string glowing = scene + "emission = [0.5, 0.1, 0.3]\n";
+  expect_near(TracedScene(kExact + scene).trace(kAhead).radiance, seen(Rgb(0.0)), 1e-10);
+  expect_near(TracedScene(kExact + glowing).trace(kAhead).radiance, seen(glow), 1e-10);
+  expect_near(TracedScene(kUniform + scene).trace(kAhead).radiance, seen(Rgb(0.0)), 1e-7);
+  expect_near(TracedScene(kUniform + glowing).trace(kAhead).radiance, seen(glow), 1e-7);
+}
+
+TEST(Fog, does_not_dim_the_light_on_its_way) {
+  const std::string scene =
+      "[light.sun]\ntype = \"sun\"\ndirection = [0, 0, 1]\nirradiance = [3, 3, 3]\n"
+      "[object.wall]\ntype = \"plane\"\npoint = [0, 0, 4.999]\nnormal = [0, 0, 1]\n"
+      "shader = { type = \"phong\", diffuse = [1, 1, 1] }\n";
+  const std::string fog = "[fog.f]\ntype = \"distance\"\ndensity = 10\n";
+  const double seen = TracedScene(kExact + scene).trace(kAhead).radiance.x,
+               in_fog = TracedScene(kExact + scene + fog).trace(kAhead).radiance.x;
+  EXPECT_NEAR(in_fog, seen * std::exp(-0.01) + 0.6 * (1.0 - std::exp(-0.01)), 1e-6);
+}
+
+const std::string kMixedFog =
+    "[fog.haze]\ntype = \"distance\"\ndensity = 0.04\ncolour = [0.5, 0.6, 0.8]\n"
+    "[fog.ground]\ntype = \"height\"\nbase = -2\nscale_height = 1\nextinction = 0.2\ncolour = [0.8, 0.8, "
+    "0.7]\n"
+    "[fog.wisp]\ntype = \"layer\"\ncenter = [0.5, 0.3, 1]\nradii = [2, 0.5, 1.5]\nextinction = 0.3\n";
+
+TEST(Fog, exact_and_uniform_agree_on_lit_clouds_in_any_fog) {
+  const std::string cloud =
+      "[volume.ball]\ntype = \"ellipsoid\"\nradii = [1.5, 1, 1]\nextinction = 1.2\nalbedo = [1, 0.9, 0.5]\n"
+      "ambient = { top = [0.2, 0.3, 0.4], bottom = [0.1, 0.1, 0.1] }\nemission = [0, 0.1, 0]\n"
+      "[light.sun]\ntype = \"sun\"\ndirection = [0.3, 0.8, 0.5]\nirradiance = [9, 8, 7]\n"
+      "[object.ball]\ntype = \"sphere\"\ncenter = [0, 0, -3]\nradius = 1\n";
+  const std::string steps = "[render]\nintegrator = { type = \"uniform\", step = 0.01 }\n";
+  for (const std::string& fog :
+       {std::string("[fog.f]\ntype = \"distance\"\nlaw = \"exponential_squared\"\ndensity = 0.1\n"),
+        std::string("[fog.f]\ntype = \"distance\"\nlaw = \"linear\"\nstart = 3\nend = 5.2\n"),
+        std::string(
+            "[fog.f]\ntype = \"sunlit_layer\"\nbase = -3\nthickness = 4\nextinction = 0.1\nsun = \"sun\"\n"),
+        kMixedFog}) {
+    const TracedScene exact(kExact + kSky + fog + cloud, 1e-6), uniform(steps + kSky + fog + cloud);
+    for (const Vec3d& d :
+         {Vec3d(0, 0, -1), Vec3d(0.15, 0.1, -1), Vec3d(-0.2, -0.15, -1), Vec3d(0.05, -0.1, -1)}) {
+      const Ray ray{{0.0, 0.2, 5.0}, normalize(d)};
+      expect_near(exact.trace(ray).radiance, uniform.trace(ray).radiance, 2e-3, fog);
+    }
+  }
+}
+
+TEST(Fog, march_keeps_its_tolerance_and_its_own_rays) {
+  const MarchScenes scenes;
+  for (const std::string name : {"blob", "overlapping", "solids"}) {
+    const std::string text = scenes.text_of(name) + kMixedFog;
+    const PictureScene exact("\"exact\"", text, 2e-4);
+    const std::vector<RayResult> expected = exact.picture(64);
+    for (const double tolerance : {0.01, 0.003}) {
+      const PictureScene march("\"march\"", text, tolerance);
+      std::vector<RayResult> got(march.rays().size());
+      Counters counters;
+      march.tracer().trace(march.rays(), got, counters);
+      double worst = 0.0;
+      for (size_t i = 0; i < got.size(); ++i) {
+        worst = std::max(worst, difference(got[i].radiance, expected[i].radiance));
+        EXPECT_NEAR(got[i].transmittance, expected[i].transmittance, 3.0 * tolerance);
+      }
+      EXPECT_LE(worst, tolerance + 2e-4) << name;
+      EXPECT_LT(counters["exact_rays"], got.size() / 10) << name << " at " << tolerance;
+      EXPECT_GT(counters["fog_veils"], got.size()) << name;
+    }
+  }
+}
+
+TEST(Fog, march_says_why_there_is_no_bound_through_it) {
+  const MarchScenes scenes;
+  const PictureScene march("\"march\"",
+                           "aovs = \"beauty, error_bound\"\n" + scenes.text_of("blob") + kMixedFog, 0.01);
+  ASSERT_FALSE(march.tracer().choices().empty());
+  EXPECT_NE(march.tracer().choices().front().find("no bound is known through fog"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace pileus
