@@ -103,7 +103,9 @@ std::string value_text(const Param& param) {
           },
           [](const ReferenceSlot& slot) { return fmt::format("\"{}\"", *slot.target); },
           [](const ReferenceListSlot& slot) { return fmt::format("{}", *slot.targets); },
-          [](const PluginSlot& slot) { return fmt::format("{{ type = \"{}\" }}", slot.default_name); },
+          [](const PluginSlot& slot) {
+            return slot.default_name.empty() ? "" : fmt::format("{{ type = \"{}\" }}", slot.default_name);
+          },
           [](const GroupSlot&) { return std::string(); },
           [](const GroupListSlot&) { return std::string("[]"); },
       },
