@@ -220,7 +220,7 @@ class KeyframeResolver {
     const size_t before = after == 0 ? 0 : after - 1;
     toml::table result;
     result.insert("v", std::move(values[before]));
-    if (after > 0 && after < times.size()) {
+    if (after > 0 && after < times.size() && *number_of(times[before]) < m_frame) {
       const bool is_smooth = keyframes["interpolation"].value_or(std::string()) == "smooth";
       std::array<double, 4> around{};
       NodesAround nodes{};
