@@ -13,9 +13,9 @@
 /// The tolerance is shared out: half for the sun's cache, four tenths for the steps, a tenth for ending rays
 /// early; where levels come into question they get 0.15 of it, from the cache and the steps. A ray that
 /// misses the tolerance all the same, by its own estimate, goes to `exact`. Depths (aov Z) are as good as the
-/// voxels that were read. Grids lit by suns are marched, solids and their shadows
-/// among them. For scenes with analytic media or lights at a finite distance, and for tolerance 0, all rays
-/// go to `exact`.
+/// voxels that were read. Media lit by suns are marched, with solids and their shadows among them; those of
+/// analytic media (fog, haze) are known in closed form, and marched in as far as grids and solids shade them.
+/// For scenes with lights at a finite distance, and for tolerance 0, all rays go to `exact`.
 ///
 /// With the AOV `error_bound`, every ray comes with a proven bound of its error: docs/error_bound.md.
 ///
@@ -119,6 +119,15 @@ std::unique_ptr<const Tracer> prepare_exact(const World& world, const EffectPlan
   return std::dynamic_pointer_cast<Integrator>(exact)->prepare(world, plan, accuracy);
 }
 
+/// What hazes' optical depths towards suns may err by, of the tolerance.
+constexpr double kHazeShare = 0.02;
+
+HazeRays haze_rays(const World& world, const MarchWorld& march, double tolerance) {
+  Box3d bounds;
+  for (const WorldMedium& medium : world.media) bounds.extendBy(medium.density->bounds());
+  return HazeRays(march.hazes(), march.suns(), bounds, kHazeShare * tolerance);
+}
+
 class MarchTracer final : public Tracer {
  public:
   MarchTracer(const World& world, const EffectPlan& plan, const Accuracy& accuracy,
@@ -130,14 +139,15 @@ class MarchTracer final : public Tracer {
         m_ends(world, plan, accuracy),
         m_fog(world, m_tolerance, accuracy.picture),
         m_march(world, plan, storage_for(options, m_tolerance)),
+        m_hazes(haze_rays(world, m_march, m_tolerance)),
         m_exact(prepare_exact(world, plan, accuracy)) {
     MarchScene& kernel = m_march.kernel;
     kernel.is_leaping = options.leaping;
     kernel.wants_depth = kHasAovs && plan.aovs.count("Z") > 0;
-    const std::vector<int> levels =
-        kHasLevelOfDetail && options.level_of_detail && !wants_bound(plan) && has_size(accuracy.picture)
-            ? coarsest_levels(world, accuracy.picture)
-            : std::vector<int>{};
+    const std::vector<int> levels = kHasLevelOfDetail && options.level_of_detail && !wants_bound(plan) &&
+                                            !m_hazes.any() && has_size(accuracy.picture)
+                                        ? coarsest_levels(world, accuracy.picture)
+                                        : std::vector<int>{};
     const bool has_levels = std::any_of(levels.begin(), levels.end(), [](int level) { return level > 0; });
     if (has_levels) m_shares = kSharesWithLevels;
     m_choices = m_march.storage_choices();
@@ -250,7 +260,8 @@ class MarchTracer final : public Tracer {
   }
 
   void prepare_shadows() {
-    SolidShadows shadows(m_world);
+    constexpr double kDepthPerTolerance = 15.0;
+    SolidShadows shadows(m_world, kDepthPerTolerance * m_tolerance);
     if (shadows.any()) m_shadows.emplace(std::move(shadows));
   }
 
@@ -337,6 +348,7 @@ class MarchTracer final : public Tracer {
     job.step_quality = kFirstQuality * m_shares.step * m_tolerance / std::max(job.brightest, 1e-3);
     job.stop = Shares::stop * m_tolerance / std::max(1.0, job.brightest);
     m_march.set_height(ray, job);
+    if (m_hazes.any()) m_hazes.place(job, packet.hazes[i]);
   }
 
   /// Returns the number of shadow rays this took.
@@ -442,10 +454,13 @@ class MarchTracer final : public Tracer {
     const double stop_error = passed <= packet.jobs[i].stop ? Shares::stop * m_tolerance : 0.0;
     const double value_error =
         passed < 1.0 ? m_level_error + m_march.storage_error(packet.jobs[i].brightest) : 0.0;
+    const double haze_error =
+        m_hazes.any() ? (1.0 - passed) * m_hazes.depth_error() * packet.jobs[i].brightest : 0.0;
     const double cache_error = (1.0 - passed) * m_cache_error * m_march.sunlit(packet.jobs[i].weights);
-    result.error = kEstimateSafety * marched.error + cache_error + stop_error + value_error;
+    result.error = kEstimateSafety * marched.error + cache_error + haze_error + stop_error + value_error;
     if (m_plan.secondary_rays()) result.error += passed * packet.behind_error[i];
     if (m_plan.fog) result.error += (1.0 - passed) * packet.fog_errors[i];
+    if (m_hazes.any() && !packet.hazes[i].is_readable) result.error = std::numeric_limits<double>::infinity();
     result.samples = marched.samples + marched.lookups;
     return result;
   }
@@ -487,6 +502,7 @@ class MarchTracer final : public Tracer {
   RayEnds m_ends;
   FogSetup m_fog;
   MarchWorld m_march;
+  HazeRays m_hazes;
   std::unique_ptr<const EnclosedWorld> m_enclosed;  ///< where a bound is asked for
   std::optional<SolidShadows> m_shadows;            ///< where solids shade media
   std::unique_ptr<const Tracer> m_exact;            ///< for rays that miss the tolerance

@@ -5,6 +5,7 @@
 #include <span>
 #include <vector>
 
+#include "integrators/haze_rays.h"
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/march_scene.h"
 #include "integrators/ray_fog.h"
@@ -23,7 +24,8 @@ struct MarchPacket {
         behind(all.size()),
         behind_error(has_surfaces ? all.size() : 0),
         lit(has_shades ? all.size() * march.suns().size() : 0),
-        stride(march.kernel.grids.size() * sums_per_grid(march.kernel)),
+        hazes(march.kernel.hazes.empty() ? 0 : all.size()),
+        stride(march.kernel.media() * sums_per_medium(march.kernel)),
         sums(all.size() * stride) {
     march.weights_for(all[0].d, weights);
     if (!kHasPhase || march.is_isotropic()) {
@@ -61,6 +63,7 @@ struct MarchPacket {
   std::vector<MarchFog> fogs;      ///< of each ray
   std::vector<double> fog_ends;    ///< how much of the end of each ray shows through all of it
   std::vector<double> fog_errors;  ///< what their tables may change, of an opaque medium
+  std::vector<HazeRays::OnRay> hazes;         ///< of each ray; none where all media are grids
   size_t stride;
   std::vector<double> sums;
   std::vector<float> weights;

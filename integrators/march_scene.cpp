@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 #include <fmt/format.h>
 
@@ -16,6 +17,23 @@ namespace {
 
 double largest(const Rgb& rgb) {
   return std::max({rgb.x, rgb.y, rgb.z});
+}
+
+bool is_finite(const Box3d& box) {
+  return std::isfinite(length(box.size()));
+}
+
+/// The shadows that grids throw are taken to have details as large as a share of the smallest.
+double shadow_width(std::span<const WorldMedium* const> media) {
+  constexpr double kDetails = 16.0;
+  double width = std::numeric_limits<double>::infinity();
+  for (const WorldMedium* medium : media) {
+    if (!medium->density->has_bricks()) break;
+    if (medium->density->bounds().isEmpty()) continue;
+    const Vec3d size = medium->density->bounds().size();
+    width = std::min({width, size.x / kDetails, size.y / kDetails, size.z / kDetails});
+  }
+  return std::max(width, std::numeric_limits<double>::min());
 }
 
 /// What 16-bit densities change: of optical depths, and of column densities that glow.
@@ -41,12 +59,15 @@ StorageError storage_error_of(const WorldMedium& medium, double scale, double me
 
 std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
   if (!plan.media) return "no media to march through";
+  const bool wants_bound = plan.aovs.count("error_bound") > 0;
   for (const WorldMedium& medium : world.media) {
-    if (!medium.density->has_bricks()) return "volume \"" + medium.name + "\" is not a grid";
+    if (medium.density->has_bricks()) continue;
+    if (wants_bound) return "no bound is known for volume \"" + medium.name + "\", which is not a grid";
+    if (!is_finite(medium.density->bounds())) return "volume \"" + medium.name + "\" has no end";
   }
   if (plan.scattering && plan.local_lights) return "a light at a finite distance";
-  if (plan.fog && plan.aovs.count("error_bound") > 0) return "no bound is known through fog";
-  if (plan.scattering && plan.aovs.count("error_bound") > 0 && SolidShadows(world).any())
+  if (plan.fog && wants_bound) return "no bound is known through fog";
+  if (plan.scattering && wants_bound && SolidShadows(world).any())
     return "no bound is known where solids cast shadows into media";
   if (plan.secondary_rays() && plan.aovs.count("error_bound") > 0)
     return "no bound is known of what mirrors and glass show";
@@ -55,9 +76,19 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
 
 MarchWorld::MarchWorld(const World& world, const EffectPlan& plan, const MarchStorage& storage)
     : m_world(world) {
+  for (const WorldMedium& medium : world.media) m_media.push_back(&medium);
+  std::stable_partition(m_media.begin(), m_media.end(),
+                        [](const WorldMedium* medium) { return medium->density->has_bricks(); });
   if (plan.scattering) add_suns();
-  for (const WorldMedium& medium : world.media) add_grid(medium, storage);
-  m_base_height = world.media.front().density->bounds().min.y;
+  for (const WorldMedium* medium : m_media) {
+    if (medium->density->has_bricks()) {
+      add_grid(*medium, storage);
+    } else {
+      add_medium(*medium, kernel.hazes.emplace_back());
+    }
+  }
+  m_base_height = m_media.front()->density->bounds().min.y;
+  kernel.shadow_width = shadow_width(m_media);
 }
 
 /// Light that a medium scatters towards the camera, in the middle and at the corners of the picture; at least
@@ -115,17 +146,18 @@ std::shared_ptr<const BrickPyramid> MarchWorld::stored_values(const WorldMedium&
 
 void MarchWorld::add_grid(const WorldMedium& medium, const MarchStorage& storage) {
   m_levels.push_back({0, nullptr, stored_values(medium, storage)});
-  MarchGrid grid;
-  grid.extinction = medium.extinction;
-  grid.terms = int(medium.scattering.size());
-  for (size_t k = 0; k < medium.scattering.size(); ++k) {
-    grid.term_extinction[k] = float(medium.scattering[k].extinction);
-  }
-  kernel.several_terms |= grid.terms > 1;
-  kernel.height_light |= medium.ambient.top != medium.ambient.bottom;
-  add_glow(medium, grid);
-  kernel.grids.push_back(grid);
+  add_medium(medium, kernel.grids.emplace_back());
   place_grid(kernel.grids.size() - 1);
+}
+
+void MarchWorld::add_medium(const WorldMedium& medium, MarchMedium& kernel_medium) {
+  kernel_medium.extinction = medium.extinction;
+  kernel_medium.terms = int(medium.scattering.size());
+  for (size_t k = 0; k < medium.scattering.size(); ++k)
+    kernel_medium.term_extinction[k] = float(medium.scattering[k].extinction);
+  add_glow(medium, kernel_medium);
+  kernel.several_terms |= kernel_medium.terms > 1;
+  kernel.height_light |= medium.ambient.top != medium.ambient.bottom;
   m_is_isotropic &= medium.phase->is_isotropic();
 }
 
@@ -136,14 +168,14 @@ void MarchWorld::place_grid(size_t index) {
   const Vec3d origin(grid.pyramid->origin());
   const double scale = std::ldexp(1.0, -m_levels[index].level);
   grid.local_from_world = Affine::translation(-origin) * Affine::scaling(Vec3d(scale)) *
-                          m_world.media[index].density->index_from_world();
+                          m_media[index]->density->index_from_world();
   grid.bounds = Box3d(Vec3d(grid.pyramid->lo()) - origin, Vec3d(grid.pyramid->hi()) - origin);
 }
 
 std::optional<MarchWorld::GridLevel> MarchWorld::coarser_level(size_t grid) const {
   const BrickPyramid& present = *kernel.grids[grid].pyramid;
   std::optional<BrickGrid> coarser =
-      coarsen(present.quantized() ? *m_world.media[grid].density->bricks() : present.grid());
+      coarsen(present.quantized() ? *m_media[grid]->density->bricks() : present.grid());
   if (!coarser) return std::nullopt;
   GridLevel next;
   next.level = level(grid) + 1;
@@ -165,9 +197,9 @@ void MarchWorld::add_suns() {
     kernel.towards_suns.push_back(m_suns.back().wi);
   }
   kernel.enough_shadow = 40.0 / slowest_extinction(m_world);
-  for (const WorldMedium& medium : m_world.media) {
+  for (const WorldMedium* medium : m_media) {
     for (const Illumination& sun : m_suns) {
-      const Rgb colour = medium.albedo * sun.irradiance;
+      const Rgb colour = medium->albedo * sun.irradiance;
       const double strength = largest(colour);
       m_strengths.push_back(strength);
       m_colours.push_back(strength > 0.0 ? colour / strength : Rgb(0.0));
@@ -176,44 +208,44 @@ void MarchWorld::add_suns() {
 }
 
 /// Emission and the light of the sky: both are in proportion to the density.
-void MarchWorld::add_glow(const WorldMedium& medium, MarchGrid& grid) const {
+void MarchWorld::add_glow(const WorldMedium& medium, MarchMedium& of) const {
   const double emission = largest(medium.emission),
                sky = std::max(largest(medium.albedo * medium.ambient.top),
                               largest(medium.albedo * medium.ambient.bottom));
-  grid.glow = emission + medium.extinction * sky;
+  of.glow = emission + medium.extinction * sky;
   const double deepest = medium.density->max_density() * length(medium.density->bounds().size());
-  grid.glow_bound = sky + std::min(emission / medium.extinction, emission * deepest);
-  if (emission == 0.0) grid.glow_bound = sky;
+  of.glow_bound = sky + std::min(emission / medium.extinction, emission * deepest);
+  if (emission == 0.0) of.glow_bound = sky;
 }
 
-double MarchWorld::sunlit(size_t grid, const float* weights) const {
+double MarchWorld::sunlit(size_t medium, const float* weights) const {
   double sum = 0.0;
   for (size_t l = 0; l < m_suns.size(); ++l) {
-    const float* of_light = weights + (grid * m_suns.size() + l) * kMostTerms;
-    for (int k = 0; k < kernel.grids[grid].terms; ++k) sum += std::max(0.0, double(of_light[k]));
+    const float* of_light = weights + (medium * m_suns.size() + l) * kMostTerms;
+    for (int k = 0; k < kernel.medium(medium).terms; ++k) sum += std::max(0.0, double(of_light[k]));
   }
   return sum;
 }
 
 double MarchWorld::sunlit(const float* weights) const {
   double most = 0.0;
-  for (size_t g = 0; g < kernel.grids.size(); ++g) most = std::max(most, sunlit(g, weights));
+  for (size_t m = 0; m < kernel.media(); ++m) most = std::max(most, sunlit(m, weights));
   return most;
 }
 
 double MarchWorld::brightest(const float* weights) const {
   double most = 0.0;
-  for (size_t g = 0; g < kernel.grids.size(); ++g)
-    most = std::max(most, kernel.grids[g].glow_bound + sunlit(g, weights));
+  for (size_t m = 0; m < kernel.media(); ++m)
+    most = std::max(most, kernel.medium(m).glow_bound + sunlit(m, weights));
   return most;
 }
 
 void MarchWorld::weights_for(const Vec3d& direction, std::vector<float>& weights) const {
-  weights.resize(kernel.grids.size() * m_suns.size() * kMostTerms);
-  for (size_t g = 0; g < kernel.grids.size(); ++g) {
-    const WorldMedium& medium = m_world.media[g];
+  weights.resize(kernel.media() * m_suns.size() * kMostTerms);
+  for (size_t m = 0; m < kernel.media(); ++m) {
+    const WorldMedium& medium = *m_media[m];
     for (size_t l = 0; l < m_suns.size(); ++l) {
-      const size_t at = g * m_suns.size() + l;
+      const size_t at = m * m_suns.size() + l;
       const double p = medium.phase->p(-direction, m_suns[l].wi);
       for (size_t k = 0; k < medium.scattering.size(); ++k) {
         weights[at * kMostTerms + k] = float(phase_weight(medium.scattering[k], p) * m_strengths[at]);
@@ -229,11 +261,11 @@ void MarchWorld::set_height(const Ray& ray, MarchRay& job) const {
 
 Rgb MarchWorld::radiance(const double* sums) const {
   Rgb radiance(0.0);
-  const size_t stride = sums_per_grid(kernel), lights = m_suns.size();
-  for (size_t g = 0; g < kernel.grids.size(); ++g, sums += stride) {
-    const WorldMedium& medium = m_world.media[g];
+  const size_t stride = sums_per_medium(kernel), lights = m_suns.size();
+  for (size_t m = 0; m < kernel.media(); ++m, sums += stride) {
+    const WorldMedium& medium = *m_media[m];
     if constexpr (kHasEmission) radiance += medium.emission * sums[0];
-    for (size_t l = 0; l < lights; ++l) radiance += m_colours[g * lights + l] * sums[2 + l];
+    for (size_t l = 0; l < lights; ++l) radiance += m_colours[m * lights + l] * sums[2 + l];
     const AmbientLight& sky = medium.ambient;
     if (!sky.is_on()) continue;
     const double scattered = medium.extinction * sums[0];
@@ -247,10 +279,9 @@ Rgb MarchWorld::radiance(const double* sums) const {
 double MarchWorld::exact_depth(size_t light, const Vec3d& p_world, FieldCounters& counters) const {
   constexpr double kAll = std::numeric_limits<double>::infinity();
   double tau = 0.0;
-  for (const WorldMedium& medium : m_world.media) {
-    if (!(medium.extinction > 0.0)) continue;
-    tau +=
-        medium.extinction * medium.density->column({p_world, m_suns[light].wi}, {0.0, kAll}, kAll, counters);
+  for (const WorldMedium* grid : std::span(m_media).first(kernel.grids.size())) {
+    if (!(grid->extinction > 0.0)) continue;
+    tau += grid->extinction * grid->density->column({p_world, m_suns[light].wi}, {0.0, kAll}, kAll, counters);
   }
   return tau;
 }

@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -21,8 +22,8 @@ struct MarchStorage {
   std::string why_floats = "asked for";
 };
 
-/// A world of grids lit by suns in the form that the march kernels read, and what turns their sums back into
-/// colours.
+/// A world of media lit by suns in the form that the march kernels read, and what turns their sums back into
+/// colours. Media are numbered as in MarchScene.
 class MarchWorld {
  public:
   MarchWorld(const World& world, const EffectPlan& plan, const MarchStorage& storage = {});
@@ -41,7 +42,12 @@ class MarchWorld {
   /// Why a world cannot be marched; "" where it can.
   static std::string obstacle(const World& world, const EffectPlan& plan);
 
-  MarchScene kernel;  ///< grids, lights and terms; lattices are filled by whoever decides on them
+  /// The analytic media, by their numbers less those of the grids.
+  std::span<const WorldMedium* const> hazes() const {
+    return std::span(m_media).subspan(kernel.grids.size());
+  }
+
+  MarchScene kernel;  ///< media, lights and terms; lattices are filled by whoever decides on them
 
   /// A grid at one of its levels: 0 are the voxels as they are, each further one has voxels twice the size.
   struct GridLevel {
@@ -63,7 +69,7 @@ class MarchWorld {
   /// True where all rays have the same phase weights.
   bool is_isotropic() const { return m_is_isotropic; }
 
-  /// Phase weights of a ray, [grid][light][kMostTerms], times the light's strongest channel.
+  /// Phase weights of a ray, [medium][light][kMostTerms], times the light's strongest channel.
   void weights_for(const Vec3d& direction, std::vector<float>& weights) const;
 
   /// Upper bound of the radiance that the media scatter or glow with along a ray of these weights, largest
@@ -79,22 +85,24 @@ class MarchWorld {
   /// Radiance of the sums of one ray.
   Rgb radiance(const double* sums) const;
 
-  /// Optical depth of all media from a point towards a light, exactly.
+  /// Optical depth of all grids from a point towards a light, exactly.
   double exact_depth(size_t light, const Vec3d& p_world, FieldCounters& counters) const;
 
  private:
-  double sunlit(size_t grid, const float* weights) const;
+  double sunlit(size_t medium, const float* weights) const;
+  void add_medium(const WorldMedium& medium, MarchMedium& kernel_medium);
   void add_grid(const WorldMedium& medium, const MarchStorage& storage);
   double brightness_in_view(const WorldMedium& medium) const;
   std::shared_ptr<const BrickPyramid> stored_values(const WorldMedium& medium, const MarchStorage& storage);
   void place_grid(size_t grid);
   void add_suns();
-  void add_glow(const WorldMedium& medium, MarchGrid& grid) const;
+  void add_glow(const WorldMedium& medium, MarchMedium& of) const;
 
   const World& m_world;
+  std::vector<const WorldMedium*> m_media;  ///< grids, then hazes
   std::vector<GridLevel> m_levels;
   std::vector<Illumination> m_suns;
-  std::vector<double> m_strengths;  ///< [grid][light]: strongest channel of albedo * irradiance
+  std::vector<double> m_strengths;  ///< [medium][light]: strongest channel of albedo * irradiance
   std::vector<Rgb> m_colours;       ///< the same, divided by that channel
   double m_base_height = 0.0;       ///< heights are counted from here [m]
   bool m_is_isotropic = true;

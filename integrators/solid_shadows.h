@@ -16,7 +16,8 @@ namespace pileus {
 class SolidShadows {
  public:
   /// A world whose lights are all suns.
-  explicit SolidShadows(const World& world);
+  ///   least_depth: optical depth of haze in which a shadow may be missed where shapes do not tell its edges
+  explicit SolidShadows(const World& world, double least_depth = 0.03);
 
   /// False where no solid shades any medium.
   bool any() const { return m_any; }
@@ -42,13 +43,15 @@ class SolidShadows {
 
   void append_lit(const LitRay& to, Segment segment) const;
   void append_lit_between(const LitRay& to, Segment segment) const;
+  void append_ends(const LitRay& to, Segment segment, std::vector<double>& ends) const;
+  double step_at(const Vec3d& p) const;
   bool is_lit(const LitRay& to, double t) const;
   Segment inside_media(const Ray& ray, Segment segment) const;
 
   const World& m_world;
+  double m_least_depth;
   std::vector<Vec3d> m_towards_suns;
-  Casters m_casters;      ///< anywhere
-  double m_finest = 0.0;  ///< voxel of the media [m]
+  Casters m_casters;  ///< anywhere
   bool m_any = false;
 };
 

@@ -50,9 +50,17 @@ struct RayProfile {
   std::vector<float> sigma;  ///< [1/m]
 };
 
-/// Through all grids, a cell at a time unless that were very many.
-RayProfile profile_of(const MarchScene& scene, const Ray& ray) {
+void add_haze(const WorldMedium& haze, const Ray& ray, RayProfile& profile) {
+  std::vector<double> rho(profile.sigma.size());
+  FieldCounters counters;
+  haze.density->sample(ray, profile.t0, profile.dt, rho, counters);
+  for (size_t i = 0; i < rho.size(); ++i) profile.sigma[i] += float(haze.extinction * rho[i]);
+}
+
+/// Through all media of a world that has grids, a cell at a time unless that were very many.
+RayProfile profile_of(const MarchWorld& march, const Ray& ray) {
   constexpr double kMostSteps = 4096.0;
+  const MarchScene& scene = march.kernel;
   RayProfile profile;
   Segment all{std::numeric_limits<double>::infinity(), 0.0};
   double dt = std::numeric_limits<double>::infinity();
@@ -64,6 +72,10 @@ RayProfile profile_of(const MarchScene& scene, const Ray& ray) {
     dt = std::min(dt, 1.0 / length(local.d));
   }
   if (all.empty()) return profile;
+  for (const WorldMedium* haze : march.hazes()) {
+    const Segment inside = clip_to_box(ray, {0.0, all.t1}, haze->density->bounds());
+    if (!inside.empty()) all.t0 = std::min(all.t0, inside.t0);
+  }
   profile.dt = std::max(dt, (all.t1 - all.t0) / kMostSteps);
   profile.t0 = all.t0 + 0.5 * profile.dt;
   profile.sigma.assign(size_t((all.t1 - all.t0) / profile.dt) + 1, 0.0f);
@@ -72,6 +84,7 @@ RayProfile profile_of(const MarchScene& scene, const Ray& ray) {
     sample_density(grid, to_local(grid, ray), profile.t0, profile.dt, rho);
     for (size_t i = 0; i < rho.size(); ++i) profile.sigma[i] += float(grid.extinction) * rho[i];
   }
+  for (const WorldMedium* haze : march.hazes()) add_haze(*haze, ray, profile);
   return profile;
 }
 
@@ -89,7 +102,7 @@ double stepped_depth(const MarchWorld& march, size_t light, const Vec3d& p, doub
 /// Points at equal shares of a ray's opacity.
 PilotRay pilot_ray(const MarchWorld& march, const Ray& ray, int points) {
   PilotRay pilot;
-  const RayProfile profile = profile_of(march.kernel, ray);
+  const RayProfile profile = profile_of(march, ray);
   double total = 0.0;
   for (const float sigma : profile.sigma) total += profile.dt * double(sigma);
   const double opaque = opacity_from_tau(total);
@@ -141,16 +154,16 @@ void take_exact_depths(const MarchWorld& march, Pilots& pilots) {
 }
 
 /// Change of the light from one sun if its depth is not `exact` but `depth`;
-/// where grids overlap, of the most sensitive.
+/// where media overlap, of the most sensitive.
 double change_of_light(const MarchWorld& march, const std::vector<float>& weights, size_t light, double depth,
                        double exact) {
   double worst = 0.0;
-  for (size_t g = 0; g < march.kernel.grids.size(); ++g) {
-    const MarchGrid& grid = march.kernel.grids[g];
+  for (size_t m = 0; m < march.kernel.media(); ++m) {
+    const MarchMedium& medium = march.kernel.medium(m);
     double change = 0.0;
-    for (int k = 0; k < grid.terms; ++k) {
-      const double a = double(grid.term_extinction[size_t(k)]);
-      const double weight = double(weights[(g * march.suns().size() + light) * kMostTerms + size_t(k)]);
+    for (int k = 0; k < medium.terms; ++k) {
+      const double a = double(medium.term_extinction[size_t(k)]);
+      const double weight = double(weights[(m * march.suns().size() + light) * kMostTerms + size_t(k)]);
       change += weight * (transmittance(a * depth) - transmittance(a * exact));
     }
     if (std::abs(change) > std::abs(worst)) worst = change;
@@ -295,7 +308,7 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
   bool has_many = false, has_exact = false;
   LatticeTrial trial;
   trial.options.most_bytes = most_bytes;
-  trial.options.is_everywhere = march.kernel.grids.size() > 1;
+  trial.options.is_everywhere = march.kernel.media() > 1;
   trial.options.enough = enough_depth(pilots, march, kEnoughShare * tolerance);
   const auto measure = [&] {
     return measured_error(pilots, march,
@@ -376,6 +389,10 @@ SunlightChoice choose_sunlight(const World& world, const Vec2i& picture, double 
                                MarchWorld& march) {
   SunlightChoice choice;
   choice.brightest = brightest_sunlight(world, picture, march);
+  if (march.kernel.grids.empty()) {
+    choice.reason = "in closed form: no medium is a grid";
+    return choice;
+  }
   const auto trace = [&](int points) {
     Pilots pilots = trace_pilots(world, picture, march, points);
     for (PilotRay& pilot : pilots) judge_as_brightest(march, choice.brightest, pilot);

@@ -21,7 +21,7 @@ template <int kGrids, int kLights, bool kPlain>
 void march_with(const MarchScene& scene, std::span<const MarchRay> rays, std::span<MarchResult> results,
                 std::span<double> sums, Packets which = Packets::open) {
   Marcher<kGrids, kLights, kPlain> marcher(scene);
-  const size_t stride = scene.grids.size() * sums_per_grid(scene);
+  const size_t stride = scene.media() * sums_per_medium(scene);
   for (size_t first = 0; first < rays.size(); first += kPacketRays) {
     if ((rays[first].lit != nullptr) != (which == Packets::shaded)) continue;
     const size_t count = std::min(kPacketRays, rays.size() - first);
@@ -35,7 +35,7 @@ void march_rays_impl(const MarchScene& scene, std::span<const MarchRay> rays, st
   const bool has_shades = std::any_of(rays.begin(), rays.end(), [](const MarchRay& ray) { return ray.lit; });
   if (has_shades) march_with<0, -1, false>(scene, rays, results, sums, Packets::shaded);
   const bool is_plain = !scene.several_terms && !scene.height_light;
-  const bool is_simple = scene.grids.size() == 1 && scene.grids[0].extinction > 0.0 &&
+  const bool is_simple = scene.grids.size() == 1 && scene.hazes.empty() && scene.grids[0].extinction > 0.0 &&
                          !(scene.shadow_step > 0.0) && !rays.front().fog;
   if constexpr (kHasSeveralMedia) {
     if (!is_simple) return march_with<0, -1, false>(scene, rays, results, sums);

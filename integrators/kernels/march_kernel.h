@@ -28,21 +28,39 @@ inline constexpr size_t kPacketRays = 16;
 
 inline constexpr int kMostTerms = 32;  ///< 16 octaves with powder
 
-/// A grid as the kernel sees it. Local space: cells, relative to the pyramid's origin.
-struct MarchGrid {
-  const BrickPyramid* pyramid = nullptr;
-  Affine local_from_world;
-  Box3d bounds;             ///< of what is not 0, local
+/// What light does in a medium.
+struct MarchMedium {
   double extinction = 0.0;  ///< [1/m]
   double glow = 0.0;  ///< what a density of 1 adds to a ray without any light, largest channel [W/(m3 sr)]
   double glow_bound = 0.0;  ///< upper bound of what that makes of a whole ray [W/(m2 sr)]
 
   int terms = 1;                                    ///< scatter terms
-  std::array<float, kMostTerms> term_extinction{};  ///< of each, relative to the grid's
+  std::array<float, kMostTerms> term_extinction{};  ///< of each, relative to the medium's
 };
 
+/// A grid as the kernel sees it. Local space: cells, relative to the pyramid's origin.
+struct MarchGrid : MarchMedium {
+  const BrickPyramid* pyramid = nullptr;
+  Affine local_from_world;
+  Box3d bounds;  ///< of what is not 0, local
+};
+
+/// An analytic medium, a haze, along a ray: its density grows as exp(rate * t) inside, and is 0 elsewhere.
+struct HazeStretch {
+  Segment inside;
+  double densest = 0.0;  ///< at the end of it where the density is largest
+  double rate = 0.0;     ///< [1/m]
+};
+
+/// Optical depth of all hazes from a point on a ray to a sun; linear between nodes.
+struct HazeDepth {
+  double t, depth;
+};
+
+/// The media are numbered: grids first, then hazes.
 struct MarchScene {
   std::vector<MarchGrid> grids;
+  std::vector<MarchMedium> hazes;
   std::vector<SunLattice> lattices;  ///< [light][grid]
   int lights = 0;
   bool several_terms = false;       ///< some grid has more than the plain term
@@ -52,6 +70,10 @@ struct MarchScene {
   std::vector<Vec3d> towards_suns;  ///< unit vectors, world
   double shadow_step = 0.0;         ///< of shadow rays [cells]; 0: lattices are read instead
   double enough_shadow = 0.0;       ///< optical depth at which shadow rays may end
+  double shadow_width = 0.0;        ///< of what the smallest grid throws onto hazes; its details [m]
+
+  size_t media() const { return grids.size() + hazes.size(); }
+  const MarchMedium& medium(size_t i) const { return i < grids.size() ? grids[i] : hazes[i - grids.size()]; }
 };
 
 /// Fog in front of the media of a ray, linear between nodes in equal distances.
@@ -67,7 +89,7 @@ struct MarchRay {
   Ray ray;
   Segment segment;
   const float* weights =
-      nullptr;  ///< [grid][light][kMostTerms]: phase weights [1/sr] times the light's strongest channel
+      nullptr;  ///< [medium][light][kMostTerms]: phase weights [1/sr] times the light's strongest channel
   double step_quality =
       0.0;  ///< how much error a step may make [1]: the error of the ray is in proportion to it
   double height0 = 0.0, height1 = 0.0;  ///< height at t [m]: height0 + t * height1
@@ -77,6 +99,8 @@ struct MarchRay {
   const std::vector<Segment>* lit = nullptr;  ///< [light]: stretches that solids do not shade, ascending;
                                               ///< null: all. Of all rays of a packet or of none
   MarchFog* fog = nullptr;                    ///< null: none. Of all rays or of none
+  const HazeStretch* hazes = nullptr;         ///< [haze]
+  const std::vector<HazeDepth>* haze_depths = nullptr;  ///< [light], ascending
 };
 
 /// What it gets, besides MarchSums.
@@ -88,13 +112,13 @@ struct MarchResult {
   uint64_t samples = 0, lookups = 0, leaps = 0;
 };
 
-/// sums[grid][2 + lights]: the integral of T rho dt [m]; of T sigma_t times the height; then for each
-/// light of T sigma_t R, with R the weighted sum of the grid's terms.
-inline size_t sums_per_grid(const MarchScene& scene) {
+/// sums[medium][2 + lights]: the integral of T rho dt [m]; of T sigma_t times the height; then for each
+/// light of T sigma_t R, with R the weighted sum of the medium's terms.
+inline size_t sums_per_medium(const MarchScene& scene) {
   return 2 + size_t(scene.lights);
 }
 
-/// Marches rays, sixteen in a row as a packet; `sums` has rays.size() * grids * sums_per_grid() values.
+/// Marches rays, sixteen in a row as a packet; `sums` has rays.size() * media() * sums_per_medium() values.
 void march_rays(const MarchScene& scene, std::span<const MarchRay> rays, std::span<MarchResult> results,
                 std::span<double> sums);
 

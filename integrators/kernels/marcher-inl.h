@@ -15,6 +15,8 @@
 #include "hwy/highway.h"
 
 #include "integrators/kernels/fog-inl.h"
+#include "integrators/kernels/hazes-inl.h"
+#include "integrators/kernels/history-inl.h"
 #include "integrators/kernels/lattice_reader-inl.h"
 #include "integrators/kernels/packet-inl.h"
 #include "integrators/kernels/readers-inl.h"
@@ -29,27 +31,27 @@ namespace pileus::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
 
 /// Marches one packet after the other. All rays of a packet take the same steps.
-///   kGrids:  1, with extinction; or 0: any, also with solids that shade the media and fog in front of them
+///   kGrids:  1, with extinction; or 0: any media, also with solids that shade them and fog in front of them
 ///   kLights: 0 or 1; or -1: any
 ///   kPlain:  one scatter term, and no light that varies with height
 template <int kGrids, int kLights, bool kPlain>
 class Marcher {
  public:
-  explicit Marcher(const MarchScene& scene) : m_scene(scene), m_shades(lights()) {
-    for (const MarchGrid& grid : scene.grids) {
-      m_grids.emplace_back(*grid.pyramid);
-      m_extinctions.push_back(float(grid.extinction));
-    }
+  explicit Marcher(const MarchScene& scene)
+      : m_scene(scene), m_shades(lights()), m_hazes(scene.hazes.size(), lights()) {
+    for (const MarchGrid& grid : scene.grids) m_grids.emplace_back(*grid.pyramid);
+    for (size_t i = 0; i < scene.media(); ++i) m_extinctions.push_back(float(scene.medium(i).extinction));
     for (const SunLattice& lattice : scene.lattices) m_lattices.emplace_back(lattice);
     m_paths.resize(m_grids.size());
     m_sun_paths.resize(m_lattices.size());
     m_locals.resize(m_grids.size() * kPacketRays);
-    m_weights.resize(m_grids.size() * size_t(lights()) * (kPlain ? 1 : kMostTerms));
-    m_sums.resize(m_grids.size() * sums_per_grid(scene));
-    m_rhos.resize(m_grids.size());
+    m_weights.resize(scene.media() * size_t(lights()) * (kPlain ? 1 : kMostTerms));
+    m_sums.resize(scene.media() * sums_per_medium(scene));
+    m_rhos.resize(scene.media());
+    m_sun_depths.resize(size_t(lights()));
   }
 
-  /// rays: at most kPacketRays; sums: [ray][grid][sum]
+  /// rays: at most kPacketRays; sums: [ray][medium][sum]
   void march(std::span<const MarchRay> rays, std::span<MarchResult> results, double* sums) {
     m_rays = rays;
     m_leaps = m_samples = m_lookups = 0;
@@ -66,8 +68,10 @@ class Marcher {
   static constexpr int kMostLevel = 8;   ///< slabs of 8 << level cells
   static constexpr int kFewSteps = 2;    ///< a slab that needs no more is not worth dividing
   static constexpr int kMostSteps = 32;  ///< between two looks at what is left of the rays
+  static constexpr double kMostPerVoxel = 8.0, kMostPerSlab = 32768.0;  ///< steps
 
   int grids() const { return kGrids > 0 ? kGrids : int(m_grids.size()); }
+  int media() const { return kGrids > 0 ? kGrids : int(m_scene.media()); }
   int lights() const { return kLights >= 0 ? kLights : m_scene.lights; }
 
   /// What is known of a stretch of the packet's way before anything is sampled.
@@ -76,6 +80,7 @@ class Marcher {
     double sigma = 0.0;      ///< largest extinction [1/m]
     double variation = 0.0;  ///< of what a density adds to a ray, relative to the brightest [1/m]
     double voxel = std::numeric_limits<double>::infinity();  ///< shortest of the grids that are met [m]
+    double slope = 0.0;  ///< of the extinction of hazes, or of what they scatter [1/m2]
   };
 
   /// Beams of the packet in every grid, and where on the rays something may be met.
@@ -89,6 +94,7 @@ class Marcher {
       inside = {std::min(inside.t0, in_grid.t0), std::max(inside.t1, in_grid.t1)};
       m_finest = std::min(m_finest, m_beams.back().voxel());
     }
+    if constexpr (kGrids != 1) enter_hazes(inside);
     m_latest_start = 0.0;
     m_earliest_end = std::numeric_limits<double>::infinity();
     for (const MarchRay& job : m_rays) {
@@ -97,6 +103,16 @@ class Marcher {
       m_earliest_end = std::min(m_earliest_end, job.segment.t1);
     }
     return {std::max(inside.t0, wanted.t0), std::min(inside.t1, wanted.t1)};
+  }
+
+  void enter_hazes(Segment& inside) {
+    if (!m_hazes.any()) return;
+    const Segment in_hazes = m_hazes.inside(m_rays);
+    inside = {std::min(inside.t0, in_hazes.t0), std::max(inside.t1, in_hazes.t1)};
+    constexpr double kSlabs = 16.0;
+    if (m_grids.empty()) m_finest = inside.length() / (kSlabs * double(BrickGrid::kBrickCells));
+    // Where a ray ends within little of a slab, slabs have to be as short.
+    m_finest = std::min(m_finest, m_hazes.mean_free_path(m_scene, m_rays));
   }
 
   /// The answer for rays that meet nothing.
@@ -138,6 +154,7 @@ class Marcher {
     if constexpr (kGrids != 1) {
       m_shades.begin(m_rays, m_base);
       m_fog.begin(m_rays, m_base);
+      m_hazes.begin(m_rays, m_base);
     }
   }
 
@@ -153,8 +170,8 @@ class Marcher {
   }
 
   void keep_weights(size_t lane, const MarchRay& job) {
-    for (size_t source = 0; source < size_t(grids() * lights()); ++source) {
-      const size_t terms = kPlain ? 1 : size_t(m_scene.grids[source / size_t(lights())].terms);
+    for (size_t source = 0; source < size_t(media() * lights()); ++source) {
+      const size_t terms = kPlain ? 1 : size_t(m_scene.medium(source / size_t(lights())).terms);
       for (size_t k = 0; k < terms; ++k)
         m_weights[source * kTermsKept + k].of[lane] = job.weights[source * kMostTerms + k];
     }
@@ -201,14 +218,27 @@ class Marcher {
       slab.variation += light_scale(grid) * double(range.hi - range.lo);
       slab.voxel = std::min(slab.voxel, m_beams[g].voxel());
     }
+    if constexpr (kGrids != 1) look_at_hazes(t0, t1, slab);
     return slab;
+  }
+
+  /// The light in a haze varies as the shadows of the grids do that lie in it.
+  void look_at_hazes(double t0, double t1, Slab& slab) const {
+    for (size_t h = 0; h < m_scene.hazes.size(); ++h) {
+      const double densest = double(m_hazes.densest(h, t0, t1));
+      if (densest == 0.0) continue;
+      slab.is_empty = slab.is_uniform = false;
+      slab.sigma += m_scene.hazes[h].extinction * densest;
+      slab.slope +=
+          light_scale(m_scene.hazes[h]) * densest * (m_hazes.steepest(h) + 1.0 / m_scene.shadow_width);
+    }
   }
 
   /// How much a density adds to a ray, relative to the brightest it can get [1/m]: by its extinction, or by
   /// what it glows.
-  double light_scale(const MarchGrid& grid) const {
-    if (!(grid.glow > grid.extinction * m_brightest)) return grid.extinction;
-    return grid.glow / std::max(m_brightest, 1e-30);
+  double light_scale(const MarchMedium& medium) const {
+    if (!(medium.glow > medium.extinction * m_brightest)) return medium.extinction;
+    return medium.glow / std::max(m_brightest, 1e-30);
   }
 
   /// Two rules give the step: the density may vary so much, and the light inside a step may fall by so much,
@@ -216,8 +246,10 @@ class Marcher {
   /// met.
   int steps_for(const Slab& slab, double span) const {
     const double weight = double(most_passed()) / m_quality;
-    const double rate2 = weight * std::max(slab.variation / slab.voxel, slab.sigma * slab.sigma);
-    return std::max(1, int(std::ceil(span * std::min(std::sqrt(rate2), 8.0 / slab.voxel))));
+    const double slope = slab.variation / slab.voxel + slab.slope;
+    double rate = std::sqrt(weight * std::max(slope, slab.sigma * slab.sigma));
+    if (std::isfinite(slab.voxel)) rate = std::min(rate, kMostPerVoxel / slab.voxel);
+    return std::max(1, int(std::ceil(std::min(span * rate, kMostPerSlab))));
   }
 
   float most_passed() const { return *std::max_element(m_passed.of, m_passed.of + kPacketRays); }
@@ -242,14 +274,9 @@ class Marcher {
 
   /// Behind the last sample of a medium comes none of its density.
   void leave_medium() {
-    for (size_t v = 0; v < kVectors; ++v) {
-      const V zero = hn::Zero(D());
-      const V second_lit = second_difference(zero, m_history.lit1.get(v), m_history.lit2.get(v)),
-              second_sigma = second_difference(zero, m_history.sigma1.get(v), m_history.sigma2.get(v));
-      const V bright = hn::Max(m_history.bright1.get(v), m_behind.get(v));
-      const V e = hn::Mul(m_history.weight1.get(v), hn::MulAdd(bright, second_sigma, second_lit));
-      m_error2.set(v, hn::MulAdd(e, e, m_error2.get(v)));
-    }
+    const V zero = hn::Zero(D());
+    for (size_t v = 0; v < kVectors; ++v)
+      m_error2.add(v, m_history.get(v).error2(zero, zero, m_behind.get(v)));
     m_history.reset();
     m_is_inside = false;
   }
@@ -257,9 +284,7 @@ class Marcher {
   /// Equal steps of the rays of one vector.
   HWY_INLINE void march_vector(size_t v, float first, float step, int count) {
     const D d;
-    V lit1 = m_history.lit1.get(v), lit2 = m_history.lit2.get(v);
-    V sigma1 = m_history.sigma1.get(v), sigma2 = m_history.sigma2.get(v);
-    V bright1 = m_history.bright1.get(v), weight1 = m_history.weight1.get(v);
+    History history = m_history.get(v);
     V before = m_passed.get(v), tau_sum = hn::Zero(d), error2 = m_error2.get(v);
     const V behind = m_behind.get(v);
     V dt = hn::Set(d, step);
@@ -270,22 +295,14 @@ class Marcher {
       if constexpr (kGrids != 1) {
         if (m_shades.any()) {
           const V tau = hn::Mul(sample.sigma, dt), weight = hn::Mul(before, dt);
-          error2 = hn::Add(error2, m_shades.error2(v, weight, tau, sample.lit, lit1));
+          error2 = hn::Add(error2, m_shades.error2(v, weight, tau, sample.lit, history.lit1));
         }
       }
-      const V second_lit = second_difference(sample.lit, lit1, lit2),
-              second_sigma = second_difference(sample.sigma, sigma1, sigma2);
-      const V e = hn::Mul(weight1, hn::MulAdd(hn::Max(bright1, behind), second_sigma, second_lit));
-      error2 = hn::MulAdd(e, e, error2);
-      weight1 = hn::Mul(before, dt);
+      error2 = hn::Add(error2, history.error2(sample.lit, sample.sigma, behind));
+      history.push(sample, hn::Mul(before, dt));
       before = sample.after;
-      lit2 = lit1, lit1 = sample.lit;
-      sigma2 = sigma1, sigma1 = sample.sigma;
-      bright1 = sample.bright;
     }
-    m_history.lit1.set(v, lit1), m_history.lit2.set(v, lit2);
-    m_history.sigma1.set(v, sigma1), m_history.sigma2.set(v, sigma2);
-    m_history.bright1.set(v, bright1), m_history.weight1.set(v, weight1);
+    m_history.set(v, history);
     m_error2.set(v, error2);
     m_tau.add(v, tau_sum);
     // A product of few factors is good to a few ulp; over the ray it would drift.
@@ -299,13 +316,6 @@ class Marcher {
     dt = hn::Max(hn::Sub(to, from), hn::Zero(d));
     t = hn::MulAdd(dt, hn::Set(d, 0.5f), from);
   }
-
-  struct Sample {
-    V sigma;   ///< extinction [1/m]
-    V lit;     ///< radiance added per metre without anything in front
-    V bright;  ///< radiance of the medium where it is opaque
-    V after;   ///< transmittance behind the step
-  };
 
   /// Adds a step of every ray to the sums.
   HWY_INLINE Sample composite(size_t v, V t, V dt, V before, V& tau_sum) {
@@ -324,13 +334,14 @@ class Marcher {
     }
   }
 
-  /// Where grids overlap their extinctions add up, and each scatters its share.
+  /// Where media overlap their extinctions add up, and each scatters its share.
   Sample composite_several(size_t v, V t, V dt, V before, V& tau_sum) {
     const D d;
     V sigma = hn::Zero(d), rho_sum = hn::Zero(d);
     if (m_shades.any()) m_shades.look(v, t, dt);
-    for (int g = 0; g < grids(); ++g) {
-      const V rho = density(g, v, t);
+    for (int l = 0; l < lights(); ++l) m_sun_depths[size_t(l)].set(v, sun_depth(l, v, t));
+    for (int g = 0; g < media(); ++g) {
+      const V rho = g < grids() ? density(g, v, t) : m_hazes.density(size_t(g - grids()), v, t, dt);
       m_rhos[size_t(g)].set(v, rho);
       sigma = hn::MulAdd(rho, hn::Set(d, m_extinctions[size_t(g)]), sigma);
       rho_sum = hn::Add(rho_sum, rho);
@@ -347,12 +358,12 @@ class Marcher {
       mean = hn::Mul(mean, m_fog.passed(v));
     }
     V lit = hn::Zero(d), glow = hn::Zero(d);
-    for (int g = 0; g < grids(); ++g) {
+    for (int g = 0; g < media(); ++g) {
       const V rho = m_rhos[size_t(g)].get(v), column = hn::Mul(mean, rho);
       sum_of(g, 0).add(v, column);
       const V extinction = hn::Set(d, m_extinctions[size_t(g)]);
       lit = hn::MulAdd(hn::Mul(rho, extinction), add_scattered(g, v, hn::Mul(column, extinction), t), lit);
-      glow = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[size_t(g)].glow)), glow);
+      glow = hn::MulAdd(rho, hn::Set(d, float(m_scene.medium(size_t(g)).glow)), glow);
     }
     if (m_fog.any()) {
       lit = hn::MulAdd(lit, m_fog.passed(v), hn::Mul(sigma, m_fog.brightest(v)));
@@ -369,37 +380,37 @@ class Marcher {
     return m_grids[size_t(grid)].template read<kClamp>(path.at(0, v, t), path.at(1, v, t), path.at(2, v, t));
   }
 
-  /// Adds what a grid scatters of each light and of the height-dependent sky; returns its response to all
+  /// Adds what a medium scatters of each light and of the height-dependent sky; returns its response to all
   /// lights, as if no solid shaded it: steps are to be as fine in the shade.
-  HWY_INLINE V add_scattered(int grid, size_t v, V scattered, V t) {
+  HWY_INLINE V add_scattered(int medium, size_t v, V scattered, V t) {
     V sum = hn::Zero(D());
     for (int l = 0; l < lights(); ++l) {
-      const V response = response_of(grid, l, v, sun_depth(l, v, t));
+      const V depth = kGrids == 1 ? sun_depth(l, v, t) : m_sun_depths[size_t(l)].get(v);
+      const V response = response_of(medium, l, v, depth);
       V arriving = hn::Mul(scattered, response);
       if constexpr (kGrids != 1) {
         if (m_shades.any()) arriving = hn::Mul(arriving, m_shades.share(l, v));
       }
-      sum_of(grid, 2 + l).add(v, arriving);
+      sum_of(medium, 2 + l).add(v, arriving);
       sum = hn::Add(sum, response);
     }
     if constexpr (!kPlain) {
       const V height = hn::MulAdd(t, m_height1.get(v), m_height0.get(v));
-      sum_of(grid, 1).add(v, hn::Mul(scattered, height));
+      sum_of(medium, 1).add(v, hn::Mul(scattered, height));
     }
     return sum;
   }
 
-  PacketFloats& sum_of(int grid, int index) {
-    return m_sums[size_t(grid) * sums_per_grid(m_scene) + size_t(index)];
+  PacketFloats& sum_of(int medium, int index) {
+    return m_sums[size_t(medium) * sums_per_medium(m_scene) + size_t(index)];
   }
 
   HWY_INLINE V sun_depth(int light, size_t v, V t) {
-    if constexpr (kGrids != 1) {
-      if (m_scene.shadow_step > 0.0) return traced_depth(light, v, t);
-    }
     const size_t first = size_t(light) * size_t(grids());
-    V sum = lattice_depth(first, v, t);
-    for (int g = 1; g < grids(); ++g) sum = hn::Add(sum, lattice_depth(first + size_t(g), v, t));
+    if constexpr (kGrids == 1) return lattice_depth(first, v, t);
+    V sum = m_hazes.any() ? m_hazes.depth(light, v, t) : hn::Zero(D());
+    if (m_scene.shadow_step > 0.0) return hn::Add(sum, traced_depth(light, v, t));
+    for (int g = 0; g < grids(); ++g) sum = hn::Add(sum, lattice_depth(first + size_t(g), v, t));
     return sum;
   }
 
@@ -425,14 +436,14 @@ class Marcher {
                         path.at(0, v, t), path.at(1, v, t), path.at(2, v, t), m_lookups);
   }
 
-  HWY_INLINE V response_of(int grid, int light, size_t v, V tau) const {
+  HWY_INLINE V response_of(int medium, int light, size_t v, V tau) const {
     const D d;
     const PacketFloats* weights =
-        m_weights.data() + (size_t(grid) * size_t(lights()) + size_t(light)) * kTermsKept;
+        m_weights.data() + (size_t(medium) * size_t(lights()) + size_t(light)) * kTermsKept;
     if constexpr (kPlain) {
       return hn::Mul(weights[0].get(v), simd_transmittance(d, tau));
     } else {
-      const MarchGrid& terms = m_scene.grids[size_t(grid)];
+      const MarchMedium& terms = m_scene.medium(size_t(medium));
       V sum = hn::Zero(d);
       for (int k = 0; k < terms.terms; ++k) {
         const V extinction = hn::Set(d, terms.term_extinction[size_t(k)]);
@@ -468,18 +479,20 @@ class Marcher {
   const MarchScene& m_scene;
   Shades m_shades;
   PacketFog m_fog;
+  Hazes m_hazes;
   std::vector<GridReader> m_grids;
   std::vector<LatticeReader> m_lattices;
-  std::vector<float> m_extinctions;  ///< of each grid [1/m]
+  std::vector<float> m_extinctions;  ///< of each medium [1/m]
 
   // The present packet. t of the floats counts from m_base.
   std::span<const MarchRay> m_rays;
   std::vector<Ray> m_locals;      ///< [grid][ray]
   std::vector<GridBeam> m_beams;  ///< one per grid
   std::vector<PacketPath> m_paths, m_sun_paths;
-  std::vector<PacketFloats> m_weights;  ///< [grid][light][term]
-  std::vector<PacketFloats> m_sums;     ///< [grid][sum]
-  std::vector<PacketFloats> m_rhos;     ///< [grid]: densities of the present samples
+  std::vector<PacketFloats> m_weights;     ///< [medium][light][term]
+  std::vector<PacketFloats> m_sums;        ///< [medium][sum]
+  std::vector<PacketFloats> m_rhos;        ///< [medium]: densities of the present samples
+  std::vector<PacketFloats> m_sun_depths;  ///< [light]: optical depths towards suns there
   double m_base = 0.0, m_finest = 0.0, m_latest_start = 0.0, m_earliest_end = 0.0;
   double m_quality = 0.0, m_brightest = 0.0;
   bool m_is_inside = false;  ///< the last slab was not empty
@@ -487,7 +500,7 @@ class Marcher {
   uint64_t m_samples = 0, m_lookups = 0, m_leaps = 0;
   PacketFloats m_start, m_end, m_behind, m_stop, m_height0, m_height1, m_passed, m_error2;
   CompensatedFloats m_tau;
-  StepHistory m_history;
+  PacketHistory m_history;
   PacketDepths m_depths;
 };
 

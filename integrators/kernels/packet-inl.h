@@ -67,22 +67,6 @@ struct PacketPath {
   }
 };
 
-/// The samples that came before, on the rays of a packet: what their errors are told by.
-struct StepHistory {
-  PacketFloats lit1, lit2, sigma1, sigma2, bright1, weight1;
-
-  void reset() {
-    for (PacketFloats* past : {&lit1, &lit2, &sigma1, &sigma2, &bright1, &weight1}) past->fill(0.0f);
-  }
-};
-
-/// The error of the midpoint rule is h^2/24 of the second derivative: differences of neighbouring samples
-/// measure it, in the lit density and, for the effect of a wrong optical depth on what lies behind, in the
-/// density. Errors of different steps are added like independent ones.
-HWY_INLINE V second_difference(V now, V middle, V first) {
-  return hn::Abs(hn::Sub(hn::Add(first, now), hn::Add(middle, middle)));
-}
-
 /// Depths of one ray; only where a picture shows them.
 struct RayDepths {
   Segment first{0.0, std::numeric_limits<double>::infinity()};  ///< see MarchResult

@@ -1,0 +1,115 @@
+#include "integrators/haze_rays.h"
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <utility>
+
+#include "lib/math/box.h"
+
+namespace pileus {
+namespace {
+
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+/// What rounding may change of optical depths, in units of what interpolation may.
+constexpr double kRounding = 5.0;
+
+/// Nodes between `from` and `to`, as many as linear interpolation asks for, are put behind `from`; `to` too.
+void refine(const std::function<double(double)>& depth_at, HazeDepth from, HazeDepth to, double allowed,
+            int most_halvings, std::vector<HazeDepth>& nodes) {
+  // Not in the middle alone: a bend beside it, where the way to the sun changes from one face of a box to
+  // another, would be overlooked.
+  constexpr double kProbes[] = {0.5, 0.19, 0.83};
+  HazeDepth middle{};
+  bool is_good = true;
+  for (const double share : kProbes) {
+    const double t = from.t + share * (to.t - from.t), depth = depth_at(t);
+    if (share == 0.5) middle = {t, depth};
+    is_good &= std::abs(from.depth + share * (to.depth - from.depth) - depth) <= allowed;
+    if (!is_good && share == 0.5) break;
+  }
+  if (!is_good && most_halvings > 0 && middle.t > from.t && middle.t < to.t) {
+    refine(depth_at, from, middle, allowed, most_halvings - 1, nodes);
+    refine(depth_at, middle, to, allowed, most_halvings - 1, nodes);
+  } else {
+    nodes.push_back(to);
+  }
+}
+
+}  // namespace
+
+HazeRays::HazeRays(std::span<const WorldMedium* const> hazes, std::span<const Illumination> suns,
+                   const Box3d& bounds, double depth_error)
+    : m_hazes(hazes.begin(), hazes.end()),
+      m_suns(suns.begin(), suns.end()),
+      m_bounds(bounds),
+      m_depth_error(depth_error) {}
+
+void HazeRays::place(MarchRay& job, OnRay& own) const {
+  own.stretches.assign(m_hazes.size(), {});
+  own.depths.assign(m_suns.size(), {});
+  own.is_readable = true;
+  for (size_t h = 0; h < m_hazes.size(); ++h)
+    own.is_readable &= find_stretch(*m_hazes[h], job, own.stretches[h]);
+  if (own.is_readable) {
+    for (size_t sun = 0; sun < m_suns.size(); ++sun) fill_depths(sun, job, own);
+  } else {
+    own.stretches.assign(m_hazes.size(), {});
+  }
+  job.hazes = own.stretches.data();
+  job.haze_depths = own.depths.data();
+}
+
+bool HazeRays::find_stretch(const WorldMedium& haze, const MarchRay& job, HazeStretch& stretch) const {
+  thread_local std::vector<DensityPiece> pieces;
+  FieldCounters counters;
+  pieces.clear();
+  haze.density->append_pieces(job.ray, job.segment, pieces, counters);
+  if (pieces.empty()) return true;
+  const DensityPiece& piece = pieces.front();
+  const bool is_constant =
+      std::all_of(piece.rho.begin(), piece.rho.end(), [&](double rho) { return rho == piece.rho[0]; });
+  if (pieces.size() > 1 || (piece.rate == 0.0 && !is_constant)) return false;
+  const Segment inside{piece.t0, piece.t1};
+  stretch = {inside, density_at(piece, piece.rate > 0.0 ? inside.t1 : inside.t0), piece.rate};
+  // Kernels know where they are in single precision.
+  const double rounding =
+      inside.t0 * double(std::numeric_limits<float>::epsilon()) * haze.extinction * stretch.densest;
+  return rounding <= kRounding * m_depth_error;
+}
+
+void HazeRays::fill_depths(size_t sun, const MarchRay& job, OnRay& own) const {
+  constexpr int kMostHalvings = 14;
+  std::vector<HazeDepth>& nodes = own.depths[sun];
+  nodes.clear();
+  const Segment range = clip_to_box(job.ray, job.segment, m_bounds);
+  if (range.empty()) return;
+  const auto depth_at = [&](double t) { return depth(sun, job.ray.at(t)); };
+  // The depth bends where the ray enters and leaves a haze.
+  std::vector<double> ends{range.t0, range.t1};
+  for (const HazeStretch& stretch : own.stretches) {
+    for (const double t : {stretch.inside.t0, stretch.inside.t1})
+      if (t > range.t0 && t < range.t1) ends.push_back(t);
+  }
+  std::sort(ends.begin(), ends.end());
+  nodes.push_back({range.t0, depth_at(range.t0)});
+  for (size_t i = 1; i < ends.size(); ++i) {
+    if (!(ends[i] > nodes.back().t)) continue;
+    refine(depth_at, nodes.back(), {ends[i], depth_at(ends[i])}, m_depth_error, kMostHalvings, nodes);
+  }
+}
+
+double HazeRays::depth(size_t sun, const Vec3d& p) const {
+  FieldCounters counters;
+  double tau = 0.0;
+  for (const WorldMedium* haze : m_hazes) {
+    if (!(haze->extinction > 0.0)) continue;
+    tau +=
+        haze->extinction * haze->density->column({p, m_suns[sun].wi}, {0.0, kInfinity}, kInfinity, counters);
+  }
+  return tau;
+}
+
+}  // namespace pileus
