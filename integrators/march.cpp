@@ -33,7 +33,6 @@
 ///   integrator = "march"
 ///   tolerance = 0.002
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -209,8 +208,8 @@ class MarchTracer final : public Tracer {
     }
     for (size_t i = 0; i < rays.size(); ++i) prepare_ray(packet, i, tile);
     if (m_shadows) tile.surface_shadow_rays += find_shadows(packet);
-    march(packet);
-    refine(packet);
+    march_packet(m_march.kernel, packet);
+    refine_packet(m_march.kernel, m_shares.step * m_tolerance / kEstimateSafety, packet);
     count_work(packet, tile);
     for (size_t i = 0; i < rays.size(); ++i) results[i] = finish_ray(packet, i);
     return packet;
@@ -305,7 +304,7 @@ class MarchTracer final : public Tracer {
         packet.jobs[i].step_quality *= kFiner;
         packet.jobs[i].stop *= kFiner;
       }
-      march(packet);
+      march_packet(m_march.kernel, packet);
       for (size_t i = 0; i < count; ++i) results[first + i] = finish_ray(packet, i);
     });
     return results;
@@ -361,56 +360,6 @@ class MarchTracer final : public Tracer {
                                      std::span(packet.lit).subspan(first * suns, count * suns));
     }
     return shadow_rays;
-  }
-
-  void march(MarchPacket& packet) const {
-    march_rays(m_march.kernel, packet.jobs, packet.marched, packet.sums);
-    count_marched(packet, packet.marched);
-  }
-
-  static void count_marched(MarchPacket& packet, std::span<const MarchResult> marched) {
-    for (const MarchResult& result : marched) {
-      packet.samples += result.samples;
-      packet.lookups += result.lookups;
-      packet.leaps += result.leaps;
-    }
-  }
-
-  /// Marches again, finer, the rays whose estimate says that they miss their share of the tolerance; those of
-  /// one packet of the kernel together.
-  void refine(MarchPacket& packet) const {
-    constexpr int kRounds = 3;
-    for (size_t first = 0; first < packet.jobs.size(); first += kPacketRays) {
-      const size_t end = std::min(first + kPacketRays, packet.jobs.size());
-      for (int round = 0; round < kRounds; ++round)
-        if (!refine(packet, first, end)) break;
-    }
-  }
-
-  /// False where all is good.
-  bool refine(MarchPacket& packet, size_t first, size_t end) const {
-    const double allowed = m_shares.step * m_tolerance / kEstimateSafety;
-    std::array<size_t, kPacketRays> chosen;
-    std::array<MarchRay, kPacketRays> jobs;
-    size_t count = 0;
-    for (size_t i = first; i < end; ++i) {
-      const double error = packet.marched[i].error;
-      if (!(error > allowed)) continue;
-      packet.jobs[i].step_quality *= std::clamp(0.7 * allowed / error, 0.05, 0.5);
-      chosen[count] = i;
-      jobs[count++] = packet.jobs[i];
-    }
-    if (count == 0) return false;
-    std::array<MarchResult, kPacketRays> marched;
-    std::vector<double> sums(count * packet.stride);
-    march_rays(m_march.kernel, std::span(jobs).first(count), std::span(marched).first(count), sums);
-    count_marched(packet, std::span(marched).first(count));
-    for (size_t n = 0; n < count; ++n) {
-      packet.marched[chosen[n]] = marched[n];
-      std::copy_n(sums.begin() + std::ptrdiff_t(n * packet.stride), packet.stride,
-                  packet.sums.begin() + std::ptrdiff_t(chosen[n] * packet.stride));
-    }
-    return true;
   }
 
   /// The tolerance is a promise: where steps or sunlight cannot be made fine enough, `exact` has to keep it.

@@ -72,4 +72,11 @@ struct MarchPacket {
   uint64_t samples = 0, lookups = 0, leaps = 0;
 };
 
+/// Marches all rays of a packet.
+void march_packet(const MarchScene& scene, MarchPacket& packet);
+
+/// Marches again, finer, the rays whose estimated error is above what is allowed; those of one packet of the
+/// kernel together.
+void refine_packet(const MarchScene& scene, double allowed, MarchPacket& packet);
+
 }  // namespace pileus
