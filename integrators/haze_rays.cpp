@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lib/math/box.h"
+#include "lib/math/roots.h"
 
 namespace pileus {
 namespace {
@@ -36,6 +37,19 @@ void refine(const std::function<double(double)>& depth_at, HazeDepth from, HazeD
   } else {
     nodes.push_back(to);
   }
+}
+
+/// Where a ray may be in the shadow of a box: where a ball around it shades it. Appends ends and some points
+/// between, so that no shadow falls between two nodes.
+void append_shadow(const Ray& ray, const Vec3d& towards_sun, const Box3d& box, std::vector<double>& t) {
+  constexpr int kParts = 8;
+  const Vec3d f = ray.o - box.center(), radii = 0.5 * box.size();
+  const Vec3d across = f - dot(f, towards_sun) * towards_sun,
+              d = ray.d - dot(ray.d, towards_sun) * towards_sun;
+  const auto ends = quadratic_roots(dot(d, d), 2.0 * dot(across, d), dot(across, across) - dot(radii, radii));
+  if (ends.count < 2) return;
+  const auto [first, last] = ends.t;
+  for (int part = 0; part <= kParts; ++part) t.push_back(first + double(part) / kParts * (last - first));
 }
 
 }  // namespace
@@ -89,10 +103,11 @@ void HazeRays::fill_depths(size_t sun, const MarchRay& job, OnRay& own) const {
   const auto depth_at = [&](double t) { return depth(sun, job.ray.at(t)); };
   // The depth bends where the ray enters and leaves a haze.
   std::vector<double> ends{range.t0, range.t1};
-  for (const HazeStretch& stretch : own.stretches) {
-    for (const double t : {stretch.inside.t0, stretch.inside.t1})
-      if (t > range.t0 && t < range.t1) ends.push_back(t);
-  }
+  for (const HazeStretch& stretch : own.stretches)
+    ends.insert(ends.end(), {stretch.inside.t0, stretch.inside.t1});
+  for (const WorldMedium* haze : m_hazes)
+    append_shadow(job.ray, m_suns[sun].wi, haze->density->bounds(), ends);
+  std::erase_if(ends, [&](double t) { return !(t >= range.t0 && t <= range.t1); });
   std::sort(ends.begin(), ends.end());
   nodes.push_back({range.t0, depth_at(range.t0)});
   for (size_t i = 1; i < ends.size(); ++i) {

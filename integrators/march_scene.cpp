@@ -19,6 +19,13 @@ double largest(const Rgb& rgb) {
   return std::max({rgb.x, rgb.y, rgb.z});
 }
 
+/// Optical depth of a voxel up to which steps and caches of sunlight find the lit skin of a medium.
+constexpr double kDeepestVoxel = 256.0;
+
+double depth_of_voxel(const WorldMedium& medium) {
+  return medium.extinction * medium.density->max_density() * medium.density->feature_size();
+}
+
 bool is_finite(const Box3d& box) {
   return std::isfinite(length(box.size()));
 }
@@ -61,7 +68,11 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
   if (!plan.media) return "no media to march through";
   const bool wants_bound = plan.aovs.count("error_bound") > 0;
   for (const WorldMedium& medium : world.media) {
-    if (medium.density->has_bricks()) continue;
+    if (medium.density->has_bricks()) {
+      if (!wants_bound && depth_of_voxel(medium) > kDeepestVoxel)
+        return "light ends within a small part of a voxel of volume \"" + medium.name + "\"";
+      continue;
+    }
     if (wants_bound) return "no bound is known for volume \"" + medium.name + "\", which is not a grid";
     if (!is_finite(medium.density->bounds())) return "volume \"" + medium.name + "\" has no end";
   }
