@@ -215,22 +215,6 @@ class MarchTracer final : public Tracer {
     return packet;
   }
 
-  /// Rays that go on from the ends of one packet of the kernel, to be traced together. Which these are
-  /// depends on that packet alone, and so does what they find.
-  struct SecondaryRays {
-    std::vector<Ray> rays;
-    std::vector<RayPath> paths;
-    std::vector<Rgb> weights;
-    std::vector<size_t> parents;
-
-    void add(const SecondaryRay& next, const Rgb& weight, size_t parent) {
-      rays.push_back(next.ray);
-      paths.push_back(next.path);
-      weights.push_back(weight);
-      parents.push_back(parent);
-    }
-  };
-
   /// Traces the rays and adds what they see to the ends of those that they come from.
   void trace_on(MarchPacket& packet, SecondaryRays& next, TraceCounters& tile) const {
     std::vector<RayResult> seen(next.rays.size());

@@ -8,6 +8,7 @@
 #include "integrators/haze_rays.h"
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/march_scene.h"
+#include "integrators/ray_ends.h"
 #include "integrators/ray_fog.h"
 #include "lib/core/build_features.h"
 #include "lib/scene/world.h"
@@ -60,16 +61,32 @@ struct MarchPacket {
   std::vector<std::vector<Segment>> lit;      ///< [ray][sun]; none where no solid shades a medium
   std::optional<RayFog> fog;                  ///< of the present ray; none where the world has none
   bool are_from_camera = true;
-  std::vector<MarchFog> fogs;      ///< of each ray
-  std::vector<double> fog_ends;    ///< how much of the end of each ray shows through all of it
-  std::vector<double> fog_errors;  ///< what their tables may change, of an opaque medium
-  std::vector<HazeRays::OnRay> hazes;         ///< of each ray; none where all media are grids
+  std::vector<MarchFog> fogs;          ///< of each ray
+  std::vector<double> fog_ends;        ///< how much of the end of each ray shows through all of it
+  std::vector<double> fog_errors;      ///< what their tables may change, of an opaque medium
+  std::vector<HazeRays::OnRay> hazes;  ///< of each ray; none where all media are grids
   size_t stride;
   std::vector<double> sums;
   std::vector<float> weights;
   size_t weights_step = 0;  ///< 0 where all rays share theirs
   double brightest = 0.0;   ///< of the media, where all rays share their weights
   uint64_t samples = 0, lookups = 0, leaps = 0;
+};
+
+/// Rays that go on from the ends of one packet of the kernel, to be traced together. Which these are
+/// depends on that packet alone, and so does what they find.
+struct SecondaryRays {
+  std::vector<Ray> rays;
+  std::vector<RayPath> paths;
+  std::vector<Rgb> weights;
+  std::vector<size_t> parents;
+
+  void add(const SecondaryRay& next, const Rgb& weight, size_t parent) {
+    rays.push_back(next.ray);
+    paths.push_back(next.path);
+    weights.push_back(weight);
+    parents.push_back(parent);
+  }
 };
 
 /// Marches all rays of a packet.

@@ -68,20 +68,10 @@ class Marcher {
   static constexpr int kMostLevel = 8;   ///< slabs of 8 << level cells
   static constexpr int kFewSteps = 2;    ///< a slab that needs no more is not worth dividing
   static constexpr int kMostSteps = 32;  ///< between two looks at what is left of the rays
-  static constexpr double kMostPerVoxel = 8.0, kMostPerSlab = 32768.0;  ///< steps
 
   int grids() const { return kGrids > 0 ? kGrids : int(m_grids.size()); }
   int media() const { return kGrids > 0 ? kGrids : int(m_scene.media()); }
   int lights() const { return kLights >= 0 ? kLights : m_scene.lights; }
-
-  /// What is known of a stretch of the packet's way before anything is sampled.
-  struct Slab {
-    bool is_empty = true, is_uniform = true;
-    double sigma = 0.0;      ///< largest extinction [1/m]
-    double variation = 0.0;  ///< of what a density adds to a ray, relative to the brightest [1/m]
-    double voxel = std::numeric_limits<double>::infinity();  ///< shortest of the grids that are met [m]
-    double slope = 0.0;  ///< of the extinction of hazes, or of what they scatter [1/m2]
-  };
 
   /// Beams of the packet in every grid, and where on the rays something may be met.
   Segment find_entry() {
@@ -244,15 +234,8 @@ class Marcher {
     return medium.glow / std::max(m_brightest, 1e-30);
   }
 
-  /// Two rules give the step: the density may vary so much, and the light inside a step may fall by so much,
-  /// that the step errs by its share (METHODS §1.5, §9.2); both matter less behind what the rays have already
-  /// met.
   int steps_for(const Slab& slab, double span) const {
-    const double weight = double(most_passed()) / m_quality;
-    const double slope = slab.variation / slab.voxel + slab.slope;
-    double rate = std::sqrt(weight * std::max(slope, slab.sigma * slab.sigma));
-    if (std::isfinite(slab.voxel)) rate = std::min(rate, kMostPerVoxel / slab.voxel);
-    return std::max(1, int(std::ceil(std::min(span * rate, kMostPerSlab))));
+    return slab.steps(span, double(most_passed()) / m_quality);
   }
 
   float most_passed() const { return *std::max_element(m_passed.of, m_passed.of + kPacketRays); }

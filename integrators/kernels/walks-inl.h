@@ -8,6 +8,7 @@
 #endif
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <span>
 
@@ -20,6 +21,26 @@
 HWY_BEFORE_NAMESPACE();
 namespace pileus::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
+
+/// What is known of a stretch of the packet's way before anything is sampled.
+struct Slab {
+  bool is_empty = true, is_uniform = true;
+  double sigma = 0.0;      ///< largest extinction [1/m]
+  double variation = 0.0;  ///< of what a density adds to a ray, relative to the brightest [1/m]
+  double voxel = std::numeric_limits<double>::infinity();  ///< shortest of the grids that are met [m]
+  double slope = 0.0;  ///< of the extinction of hazes, or of what they scatter [1/m2]
+
+  /// Two rules give the step: the density may vary so much, and the light inside a step may fall by so much,
+  /// that the step errs by its share (METHODS §1.5, §9.2); both matter less behind what the rays have already
+  /// met.
+  ///   weight: transmittance left, by the quality of steps that is wanted
+  int steps(double span, double weight) const {
+    constexpr double kMostPerVoxel = 8.0, kMost = 32768.0;
+    double rate = std::sqrt(weight * std::max(variation / voxel + slope, sigma * sigma));
+    if (std::isfinite(voxel)) rate = std::min(rate, kMostPerVoxel / voxel);
+    return std::max(1, int(std::ceil(std::min(span * rate, kMost))));
+  }
+};
 
 inline Segment clip_to_bounds(const Box3d& box, const Ray& ray, Segment segment) {
   for (int axis = 0; axis < 3; ++axis) {
