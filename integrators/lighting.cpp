@@ -18,6 +18,8 @@ void TraceCounters::add_to(Counters& counters) const {
   counters["media_shadow_rays"] += media_shadow_rays;
   counters["reflected_rays"] += reflected_rays;
   counters["refracted_rays"] += refracted_rays;
+  counters["passed_rays"] += passed_rays;
+  counters["texture_lookups"] += texture_lookups;
   counters["sky_light_samples"] += sky_light_samples;
   counters["fog_veils"] += fog_veils;
 }

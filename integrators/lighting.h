@@ -19,8 +19,10 @@ struct TraceCounters {
   uint64_t surface_hits = 0;
   uint64_t surface_shadow_rays = 0;
   uint64_t media_shadow_rays = 0;
-  uint64_t reflected_rays = 0;     ///< that go on from a surface on the side they came from
-  uint64_t refracted_rays = 0;     ///< and those that pass through it
+  uint64_t reflected_rays = 0;  ///< that go on from a surface on the side they came from
+  uint64_t refracted_rays = 0;  ///< and those that pass through it
+  uint64_t passed_rays = 0;     ///< and those that go straight on where a texture is not opaque
+  uint64_t texture_lookups = 0;
   uint64_t sky_light_samples = 0;  ///< points whose light from the background was asked for
   uint64_t fog_veils = 0;          ///< places seen through fog, whose dimming and light were evaluated
 

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "lib/math/offset_point.h"
+#include "lib/scene/texture.h"
+#include "lib/texture/texture_filter.h"
 
 namespace pileus {
 namespace {
@@ -54,7 +56,25 @@ SurfacePoint RayEnds::surface_point(const Ray& ray, const WorldHit& hit, const R
     ++counters.sky_light_samples;
     point.sky = m_world.background->irradiance(hit.n);
   }
+  if (m_plan.textures && hit.shape->shader->has_texture()) add_textures(ray, hit, point, counters);
   return point;
+}
+
+void RayEnds::add_textures(const Ray& ray, const WorldHit& hit, SurfacePoint& point,
+                           TraceCounters& counters) const {
+  const SurfaceShader& shader = *hit.shape->shader;
+  const SurfaceArea area = seen_area(hit.n, -ray.d, point.footprint);
+  const TexturedPoint here{ray.at(hit.t), hit.n, area.a, area.b};
+  if (shader.texture) {
+    ++counters.texture_lookups;
+    const TextureValue value = shader.texture->at(here);
+    point.color = value.color;
+    point.opacity = value.opacity;
+  }
+  if (shader.opacity_texture) {
+    ++counters.texture_lookups;
+    point.opacity *= shader.opacity_texture->at(here).opacity;
+  }
 }
 
 /// What solids let through of the light between the ray's origin and its end.
@@ -70,8 +90,12 @@ std::vector<SecondaryRay> RayEnds::secondary_rays(const Ray& ray, const WorldHit
   std::vector<SecondaryRay> rays;
   if (path.bounces >= m_most_bounces) return rays;
   std::vector<ScatteredRay> scattered;
-  hit.shape->shader->append_scattered(point, -ray.d, scattered);
-  for (const ScatteredRay& next : scattered) {
+  if (point.opacity > 0.0) hit.shape->shader->append_scattered(point, -ray.d, scattered);
+  for (ScatteredRay& next : scattered) next.weight *= point.opacity;
+  const size_t straight_on = scattered.size();
+  if (point.opacity < 1.0) scattered.push_back({ray.d, Rgb(1.0 - point.opacity), true});
+  for (size_t i = 0; i < scattered.size(); ++i) {
+    const ScatteredRay& next = scattered[i];
     const Rgb weight = leg * next.weight;
     RayPath on{path.weight * passed * largest(weight), path.bounces + 1, path.length + hit.t,
                absorption_before(hit, path)};
@@ -79,7 +103,9 @@ std::vector<SecondaryRay> RayEnds::secondary_rays(const Ray& ray, const WorldHit
     if (next.passes) on.absorption = absorption_behind(hit, on.absorption);
     const Vec3d origin = next.passes ? offset_point(ray.at(hit.t), -hit.n, hit.error) : point.p;
     rays.push_back({{origin, next.d}, on, weight});
-    ++(next.passes ? counters.refracted_rays : counters.reflected_rays);
+    ++(i == straight_on ? counters.passed_rays
+       : next.passes    ? counters.refracted_rays
+                        : counters.reflected_rays);
   }
   return rays;
 }

@@ -47,7 +47,7 @@ class RayEnds {
       here.irradiance *= transmittance(depth_to_light(m_world, m_plan, point.p, here, counters, media_depth));
       lights.push_back(here);
     }
-    const Rgb lit = hit->shape->shader->shade(point, -ray.d, lights);
+    const Rgb lit = point.opacity * hit->shape->shader->shade(point, -ray.d, lights);
     if (!m_plan.secondary_rays()) return lit;
     const Rgb leg = leg_transmittance(*hit, path);
     Rgb sum = leg * lit;
@@ -63,6 +63,8 @@ class RayEnds {
  private:
   SurfacePoint surface_point(const Ray& ray, const WorldHit& hit, const RayPath& path,
                              TraceCounters& counters) const;
+  /// Puts what the textures say into a point.
+  void add_textures(const Ray& ray, const WorldHit& hit, SurfacePoint& point, TraceCounters& counters) const;
   Rgb leg_transmittance(const WorldHit& hit, const RayPath& path) const;
   std::vector<SecondaryRay> secondary_rays(const Ray& ray, const WorldHit& hit, const SurfacePoint& point,
                                            const RayPath& path, const Rgb& leg, double passed,

@@ -78,6 +78,7 @@ std::string type_name(const Param& param) {
                         [](std::vector<Vec2d>*) -> std::string { return "[[number, number], ...]"; },
                         [](const ReferenceSlot& slot) { return "name of a " + slot.section; },
                         [](const ReferenceListSlot& slot) { return "list of names of a " + slot.section; },
+                        [](const ObjectSlot& slot) { return "name of a " + slot.section; },
                         [](const PluginSlot& slot) { return slot.kind + " plugin"; },
                         [](const GroupSlot&) -> std::string { return "table"; },
                         [](const GroupListSlot&) -> std::string { return "list of tables"; },
@@ -103,6 +104,7 @@ std::string value_text(const Param& param) {
           },
           [](const ReferenceSlot& slot) { return fmt::format("\"{}\"", *slot.target); },
           [](const ReferenceListSlot& slot) { return fmt::format("{}", *slot.targets); },
+          [](const ObjectSlot&) { return std::string("\"\""); },
           [](const PluginSlot& slot) {
             return slot.default_name.empty() ? "" : fmt::format("{{ type = \"{}\" }}", slot.default_name);
           },

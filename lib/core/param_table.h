@@ -45,10 +45,17 @@ struct ReferenceListSlot {
   std::vector<std::string>* targets;
 };
 
+/// A parameter that is another object of the scene: `texture = "bricks"` is `[texture.bricks]`. Objects that
+/// others use are made first.
+struct ObjectSlot {
+  std::string section;
+  std::function<void(std::shared_ptr<const Plugin>)> assign;
+};
+
 /// Where a parameter's value goes. A path is made relative to the scene file that names it.
-using ParamTarget =
-    std::variant<bool*, int*, double*, std::string*, std::filesystem::path*, Vec2i*, Vec3d*,
-                 std::vector<Vec2d>*, ReferenceSlot, ReferenceListSlot, PluginSlot, GroupSlot, GroupListSlot>;
+using ParamTarget = std::variant<bool*, int*, double*, std::string*, std::filesystem::path*, Vec2i*, Vec3d*,
+                                 std::vector<Vec2d>*, ReferenceSlot, ReferenceListSlot, ObjectSlot,
+                                 PluginSlot, GroupSlot, GroupListSlot>;
 
 /// One end of a parameter's range.
 struct ParamLimit {
@@ -109,6 +116,16 @@ class ParamTable {
     };
     return add(std::move(name), "", std::move(help),
                PluginSlot{Kind::kKind, std::move(default_name), std::move(assign)});
+  }
+
+  /// A parameter that names an object of Kind; `target` receives it, or keeps what it is where the scene says
+  /// nothing.
+  template <class Kind>
+  Param& object(std::string name, std::shared_ptr<const Kind>& target, std::string help) {
+    auto assign = [&target](std::shared_ptr<const Plugin> made) {
+      target = std::dynamic_pointer_cast<const Kind>(std::move(made));
+    };
+    return add(std::move(name), "", std::move(help), ObjectSlot{Kind::kKind, std::move(assign)});
   }
 
   std::vector<Param>& params() { return m_params; }

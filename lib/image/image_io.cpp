@@ -71,12 +71,18 @@ void premultiply(Image& image, int alpha_channel) {
   }
 }
 
-Image read_picture(const fs::path& file) {
+StoredCurve curve_of(const PictureHeader& header, PictureEncoding encoding) {
+  if (encoding == PictureEncoding::by_file) return header.curve;
+  return encoding == PictureEncoding::srgb ? StoredCurve::srgb : StoredCurve::linear;
+}
+
+Image read_picture(const fs::path& file, PictureEncoding encoding) {
   std::string reason;
   const auto reader = load_pictures().open(file.string(), reason);
   if (!reader) refuse(file, fmt::format("cannot be read as a picture: {}", reason));
 
-  const PictureHeader& header = reader->header();
+  PictureHeader header = reader->header();
+  header.curve = curve_of(header, encoding);
   if (header.depth > 1)
     refuse(file, fmt::format("is a volume of {} slices; expected a picture", header.depth));
   check_image_size(file, header.width, header.height, int64_t(header.channels.size()));
@@ -90,14 +96,32 @@ Image read_picture(const fs::path& file) {
   return image;
 }
 
+/// Linearises the display values of an EXR picture, which are multiplied by alpha.
+void decode_srgb(Image& image) {
+  const Channel* alpha = image.find("A");
+  for (Channel& channel : image.channels) {
+    if (&channel == alpha) continue;
+    for (size_t i = 0; i < channel.values.size(); ++i) {
+      const double share = alpha ? alpha->values[i] : 1.0;
+      if (share > 0.0) channel.values[i] = float(share * linear_from_srgb(channel.values[i] / share));
+    }
+  }
+}
+
+Image read_exr_picture(const fs::path& file, PictureEncoding encoding) {
+  Image image = read_exr(file);
+  if (encoding == PictureEncoding::srgb) decode_srgb(image);
+  return image;
+}
+
 }  // namespace
 
-Image read_image(const fs::path& file) {
+Image read_image(const fs::path& file, PictureEncoding encoding) {
   std::error_code error;
   const fs::file_status status = fs::status(file, error);
   if (!fs::exists(status)) refuse(file, "does not exist; expected a picture");
   if (!fs::is_regular_file(status)) refuse(file, "is no regular file; expected a picture");
-  return is_exr(file) ? read_exr(file) : read_picture(file);
+  return is_exr(file) ? read_exr_picture(file, encoding) : read_picture(file, encoding);
 }
 
 void check_image_name(const fs::path& file) {

@@ -8,13 +8,21 @@
 
 namespace pileus {
 
+/// What stored colours mean.
+enum class PictureEncoding {
+  by_file,  ///< whole numbers are display values by the curve that the file names, or sRGB; floats are linear
+  srgb,     ///< display values of the sRGB curve
+  linear,   ///< linear values
+};
+
 /// Reads a picture of any format that OpenImageIO knows (EXR, PNG, TIFF, HDR, JPEG, …) as linear values with
 /// premultiplied alpha. Files of floats are taken as linear. Files of integers are taken as display values, 1
 /// being the largest integer, and linearised by the curve that they name, or else by the sRGB curve; their
-/// alpha is linear as it is. Of several pictures in a file, the first is read. The comments are kept.
+/// alpha is linear as it is. So it is `by_file`; else as `encoding` says. Of several pictures in a file, the
+/// first is read. The comments are kept.
 /// errors: Error(file) where the file is missing, damaged, no picture, a volume, or implausibly large;
 ///         Error(failed) where it is not EXR and libpileus_pictures cannot be loaded
-Image read_image(const std::filesystem::path& file);
+Image read_image(const std::filesystem::path& file, PictureEncoding encoding = PictureEncoding::by_file);
 
 struct WriteImageOptions {
   ExrOptions exr;            ///< for .exr

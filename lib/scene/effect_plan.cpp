@@ -142,6 +142,11 @@ EffectPlan plan_effects(const Scene& scene) {
   plan.refraction =
       add_effect(plan, "refraction", solids_where(&SurfaceShader::is_transparent),
                  "objects that are seen through: ", "no object is transparent", "refracted_rays");
+  plan.textures = add_effect(plan, "textures", solids_where(&SurfaceShader::has_texture),
+                             "objects with a texture: ", "no object names a texture", "texture_lookups");
+  plan.holes = add_effect(
+      plan, "holes", solids_where(&SurfaceShader::has_holes), "objects whose textures let light through: ",
+      plan.textures ? "all textures are opaque" : "no object names a texture", "passed_rays");
   plan.sky_light = add_effect(plan, "sky_light", solids_where(&SurfaceShader::wants_sky),
                               "objects in the light of the background: ", "no object's shader asks for it",
                               "sky_light_samples");

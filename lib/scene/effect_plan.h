@@ -32,6 +32,8 @@ struct EffectPlan {
   bool surfaces = false;             ///< solids to see
   bool reflection = false;           ///< solids that mirror what is around them
   bool refraction = false;           ///< solids that are seen through
+  bool textures = false;             ///< solids with colours or opacities that change from place to place
+  bool holes = false;                ///< some of them less than opaque
   bool sky_light = false;            ///< solids in the light of the background
   bool sun_disc = false;             ///< suns that are seen themselves
   bool media_shadows = false;        ///< media dim the light on its way
@@ -41,7 +43,7 @@ struct EffectPlan {
   std::set<std::string> aovs;        ///< planes that the picture will have
 
   /// Rays go on from some surface.
-  bool secondary_rays() const { return reflection || refraction; }
+  bool secondary_rays() const { return reflection || refraction || holes; }
 
   std::vector<Effect> effects;  ///< all of the above with their reasons, in a fixed order
 };

@@ -244,6 +244,13 @@ void ParamReader::set(Param& param, const toml::node& node, const std::string& o
               m_references.push_back({loc(element), owner, slot.section, text->get()});
             }
           },
+          [&](const ObjectSlot& slot) {
+            const auto* text = node.as_string();
+            if (!text) return expected(fmt::format("the name of a {}", slot.section));
+            m_references.push_back({at, owner, slot.section, text->get()});
+            const auto object = m_objects.find({slot.section, text->get()});
+            if (object != m_objects.end()) slot.assign(object->second);
+          },
           [&](const PluginSlot& slot) { slot.assign(make_plugin(slot.kind, node, owner)); },
           [&](const GroupSlot& slot) {
             const toml::table* table = node.as_table();

@@ -1,8 +1,10 @@
 #pragma once
 
 #include <filesystem>
+#include <map>
 #include <memory>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include <toml++/toml.h>
@@ -41,6 +43,11 @@ class ParamReader {
   /// The plugin `name` with all its defaults.
   std::shared_ptr<Plugin> make_default_plugin(const std::string& kind, const std::string& name);
 
+  /// Makes an object known to parameters that name it.
+  void add_object(const std::string& section, const std::string& name, std::shared_ptr<const Plugin> object) {
+    m_objects[{section, name}] = std::move(object);
+  }
+
   void problem(const SourceLoc& loc, std::string message) { m_problems.push_back({loc, std::move(message)}); }
 
   SourceLoc loc(const toml::source_region& source) const;
@@ -60,6 +67,7 @@ class ParamReader {
   std::filesystem::path m_folder;
   std::vector<Diagnostic> m_problems;
   std::vector<PendingReference> m_references;
+  std::map<std::pair<std::string, std::string>, std::shared_ptr<const Plugin>> m_objects;
   std::vector<std::filesystem::path> m_files;
 };
 

@@ -17,6 +17,7 @@
 #include "lib/scene/light.h"
 #include "lib/scene/medium.h"
 #include "lib/scene/shape.h"
+#include "lib/scene/texture.h"
 
 namespace pileus {
 
@@ -49,6 +50,7 @@ struct Scene {
   DisplayTransform display;
   std::shared_ptr<const Camera> camera;
   std::shared_ptr<const Background> background;
+  std::vector<Named<Texture>> textures;
   std::vector<Named<Light>> lights;
   std::vector<Named<Medium>> volumes;
   std::vector<Named<Shape>> objects;

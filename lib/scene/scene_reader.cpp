@@ -116,6 +116,7 @@ class SceneReader {
     check_section_names();
     read_settings("render", [&](ParamTable& params) { m_scene.render.describe(params); });
     read_display();
+    read_textures();
     m_scene.camera = read_plugin<Camera>("camera", "");
     m_scene.background = read_plugin<Background>("background", "constant");
     m_scene.lights = read_named<Light>();
@@ -142,9 +143,9 @@ class SceneReader {
   }
 
   void check_section_names() {
-    const std::vector<std::string> known{"pileus",        "render",        "display",     "camera",
-                                         "background",    Light::kKind,    Medium::kKind, Shape::kKind,
-                                         FogModel::kKind, kFreeFormSection};
+    const std::vector<std::string> known{"pileus",        "render",       "display",       "camera",
+                                         "background",    Light::kKind,   Medium::kKind,   Shape::kKind,
+                                         FogModel::kKind, Texture::kKind, kFreeFormSection};
     for (const auto& [key, node] : m_root) {
       const std::string name(key.str());
       if (std::find(known.begin(), known.end(), name) != known.end()) continue;
@@ -218,6 +219,14 @@ class SceneReader {
       objects.push_back({name, std::dynamic_pointer_cast<const Kind>(plugin)});
     }
     return objects;
+  }
+
+  /// Before the objects that name them.
+  void read_textures() {
+    m_scene.textures = read_named<Texture>();
+    for (const Named<Texture>& texture : m_scene.textures) {
+      m_reader.add_object(Texture::kKind, texture.name, texture.object);
+    }
   }
 
   void read_freeforms() {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -9,13 +10,17 @@
 
 namespace pileus {
 
+struct Texture;
+
 /// A point of a surface that is looked at.
 struct SurfacePoint {
-  Vec3d p;                 ///< world space [m]
-  Vec3d n;                 ///< unit normal on the viewer's side
-  double footprint = 0.0;  ///< width of the pixel's cone at p, across the ray [m]; 0: unknown
-  bool is_inside = false;  ///< the viewer is inside the solid
-  Rgb sky{0.0, 0.0, 0.0};  ///< irradiance by the background, for shaders that want it [W/m2]
+  Vec3d p;                   ///< world space [m]
+  Vec3d n;                   ///< unit normal on the viewer's side
+  double footprint = 0.0;    ///< width of the pixel's cone at p, across the ray [m]; 0: unknown
+  bool is_inside = false;    ///< the viewer is inside the solid
+  Rgb sky{0.0, 0.0, 0.0};    ///< irradiance by the background, for shaders that want it [W/m2]
+  Rgb color{1.0, 1.0, 1.0};  ///< of the texture: diffuse and ambient reflectances are multiplied by it
+  double opacity = 1.0;      ///< of the textures: the share of all that the surface does
 };
 
 /// A direction from which a surface takes light that is not that of a lamp.
@@ -25,9 +30,22 @@ struct ScatteredRay {
   bool passes = false;  ///< goes through the surface
 };
 
-/// What a solid surface does with light.
+/// What a solid surface does with light (the plugin), and which textures it has (the common part).
 struct SurfaceShader : Plugin {
   static constexpr const char* kKind = "surface";
+
+  std::shared_ptr<const Texture> texture;          ///< colour and opacity; null: none
+  std::shared_ptr<const Texture> opacity_texture;  ///< a further opacity; null: none
+
+  void describe(ParamTable& params) final;
+
+  /// The parameters of the plugin.
+  virtual void describe_surface(ParamTable& params) = 0;
+
+  bool has_texture() const { return texture || opacity_texture; }
+
+  /// True where textures may let light pass through the surface.
+  bool has_holes() const;
 
   /// Radiance leaving a point towards wo [W/(m2 sr)]. Each light's irradiance already carries the
   /// transmittance of what lies between.

@@ -25,7 +25,7 @@ struct ClassicSurface : SurfaceShader {
   /// (cos)^n of the highlight for a light above the horizon, 0 .. 1.
   virtual double highlight(const Vec3d& n, const Vec3d& wo, const Vec3d& wi) const = 0;
 
-  void describe(ParamTable& params) final {
+  void describe_surface(ParamTable& params) final {
     params.rgb("diffuse", m_diffuse, "", "diffuse reflectance").at_least(0).at_most(1);
     params.rgb("specular", m_specular, "", "strength of the highlight").at_least(0).at_most(1);
     params.number("shininess", m_shininess, "", "sharpness of the highlight").above(0);
@@ -40,12 +40,13 @@ struct ClassicSurface : SurfaceShader {
   }
 
   Rgb shade(const SurfacePoint& point, const Vec3d& wo, std::span<const Illumination> lights) const final {
-    Rgb sum = m_ambient * (m_ambient_radiance + m_sky * std::numbers::inv_pi * point.sky);
+    const Rgb diffuse = m_diffuse * point.color;
+    Rgb sum = m_ambient * point.color * (m_ambient_radiance + m_sky * std::numbers::inv_pi * point.sky);
     for (const Illumination& light : lights) {
       const double cosine = dot(point.n, light.wi);
       if (!(cosine > 0.0)) continue;
       sum += light.irradiance * std::numbers::inv_pi *
-             (m_diffuse * cosine + m_specular * highlight(point.n, wo, light.wi));
+             (diffuse * cosine + m_specular * highlight(point.n, wo, light.wi));
     }
     return sum;
   }

@@ -44,7 +44,7 @@ struct Ggx final : SurfaceShader {
   double m_ior = 1.5;
   double m_sky = 0.0;
 
-  void describe(ParamTable& params) override {
+  void describe_surface(ParamTable& params) override {
     params.rgb("base_color", m_base, "", "of the diffuse part, or of the metal").at_least(0).at_most(1);
     params.number("roughness", m_roughness, "", "0 a mirror, 1 no gloss").at_least(0).at_most(1);
     params.number("metallic", m_metallic, "", "0 dielectric, 1 metal").at_least(0).at_most(1);
@@ -54,30 +54,31 @@ struct Ggx final : SurfaceShader {
 
   Rgb shade(const SurfacePoint& point, const Vec3d& wo, std::span<const Illumination> lights) const override {
     Rgb sum = (m_sky * std::numbers::inv_pi) * point.sky *
-              ((1.0 - coat_reflectance()) * diffuse() + normal_reflectance());
+              ((1.0 - coat_reflectance()) * diffuse(point.color) + normal_reflectance(point.color));
     for (const Illumination& light : lights) {
       const double cosine = dot(point.n, light.wi);
-      if (cosine > 0.0) sum += light.irradiance * (cosine * reflected(point.n, wo, light.wi));
+      if (cosine > 0.0) sum += light.irradiance * (cosine * reflected(point, wo, light.wi));
     }
     return sum;
   }
 
   void append_scattered(const SurfacePoint& point, const Vec3d& wo,
                         std::vector<ScatteredRay>& rays) const override {
-    if (is_mirror()) rays.push_back({mirrored(point.n, wo), fresnel(dot(point.n, wo)), false});
+    if (is_mirror()) rays.push_back({mirrored(point.n, wo), fresnel(dot(point.n, wo), point.color), false});
   }
   bool is_mirror() const override { return m_roughness == 0.0; }
   bool wants_sky() const override { return m_sky > 0.0; }
 
  private:
   /// f_d + f_s [1/sr].
-  Rgb reflected(const Vec3d& n, const Vec3d& wo, const Vec3d& wi) const {
-    const double to_light = dot(n, wi), to_viewer = dot(n, wo);
+  Rgb reflected(const SurfacePoint& point, const Vec3d& wo, const Vec3d& wi) const {
+    const double to_light = dot(point.n, wi), to_viewer = dot(point.n, wo);
     const double both_ways = through_coat(to_light) * through_coat(to_viewer);
-    return diffuse() * (both_ways * std::numbers::inv_pi) + microfacets(n, wo, wi);
+    return diffuse(point.color) * (both_ways * std::numbers::inv_pi) + microfacets(point, wo, wi);
   }
 
-  Rgb microfacets(const Vec3d& n, const Vec3d& wo, const Vec3d& wi) const {
+  Rgb microfacets(const SurfacePoint& point, const Vec3d& wo, const Vec3d& wi) const {
+    const Vec3d& n = point.n;
     const double norm = length(wo + wi), l = dot(n, wi), v = dot(n, wo);
     if (is_mirror() || !(norm > 0.0) || !(v > 0.0)) return Rgb(0.0);
     const Vec3d h = (wo + wi) / norm;
@@ -87,10 +88,10 @@ struct Ggx final : SurfaceShader {
     const double d = alpha2 * std::numbers::inv_pi / (off_peak * off_peak);
     const double masking =
         l * std::sqrt(v * v * (1.0 - alpha2) + alpha2) + v * std::sqrt(l * l * (1.0 - alpha2) + alpha2);
-    return fresnel(dot(wi, h)) * (d * 0.5 / masking);
+    return fresnel(dot(wi, h), point.color) * (d * 0.5 / masking);
   }
 
-  Rgb diffuse() const { return (1.0 - m_metallic) * m_base; }
+  Rgb diffuse(const Rgb& color) const { return (1.0 - m_metallic) * m_base * color; }
 
   /// F_c.
   double coat_reflectance() const {
@@ -104,12 +105,12 @@ struct Ggx final : SurfaceShader {
   }
 
   /// F0.
-  Rgb normal_reflectance() const {
-    return m_metallic * m_base + Rgb((1.0 - m_metallic) * coat_reflectance());
+  Rgb normal_reflectance(const Rgb& color) const {
+    return m_metallic * m_base * color + Rgb((1.0 - m_metallic) * coat_reflectance());
   }
 
-  Rgb fresnel(double cosine) const {
-    const Rgb f0 = normal_reflectance();
+  Rgb fresnel(double cosine, const Rgb& color) const {
+    const Rgb f0 = normal_reflectance(color);
     return f0 + (Rgb(1.0) - f0) * fifth_power(std::clamp(1.0 - cosine, 0.0, 1.0));
   }
 };

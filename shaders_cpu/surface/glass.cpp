@@ -28,7 +28,7 @@ struct Glass final : SurfaceShader {
   double m_ior = 1.5;
   Rgb m_absorption{0.0, 0.0, 0.0};
 
-  void describe(ParamTable& params) override {
+  void describe_surface(ParamTable& params) override {
     params.number("ior", m_ior, "", "refractive index of the inside").above(0);
     params.rgb("absorption", m_absorption, "1/m", "of the inside").at_least(0);
   }
