@@ -55,8 +55,8 @@ TEST_F(Listing, plugins_as_json_have_every_parameter_of_every_plugin) {
       EXPECT_EQ(param.contains("default"), !param.at("required").get<bool>()) << param;
     }
   }
-  EXPECT_EQ(kinds, (std::set<std::string>{"background", "camera", "integrator", "light", "object", "phase",
-                                          "surface", "volume"}));
+  EXPECT_EQ(kinds, (std::set<std::string>{"background", "camera", "fog", "integrator", "light", "object",
+                                          "phase", "surface", "texture", "volume"}));
   const Json hg = Json::parse(output({"plugins", "hg", "--json"}));
   ASSERT_EQ(hg.size(), 1u);
   EXPECT_EQ(hg[0]["params"][0]["range"], "-1 < g < 1");

@@ -65,7 +65,7 @@ scene.toml:15:10: error: volume "c": there is no freeform "blub"; the scene has 
 scene.toml:18:33: error: freeform "blob": base: ellipsoid: center = an array of 2; expected [number, number, number]
   base = { ellipsoid = { center = [0, 1], radii = [1, 1, 1] } }
                                   ^
-scene.toml:19:2: error: unknown section "rendr"; expected pileus, render, display, camera, background, light, volume, object or freeform; nearest: render
+scene.toml:19:2: error: unknown section "rendr"; expected pileus, render, display, camera, background, light, volume, object, fog, texture or freeform; nearest: render
   [rendr]
    ^
 )");

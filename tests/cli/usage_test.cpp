@@ -123,7 +123,7 @@ TEST_F(Usage, overrides_are_checked_like_the_scene_and_named_as_given) {
   EXPECT_EQ(
       refusal({"--set", "render.tolerence=1"}),
       "--set render.tolerence=1: error: render: unknown parameter \"tolerence\"; expected integrator, size, "
-      "tolerance, pixel_samples, seed or aovs; nearest: tolerance\n");
+      "tolerance, pixel_samples, max_bounces, seed or aovs; nearest: tolerance\n");
   EXPECT_EQ(refusal({"--set", "render.tolerance=1\n[x]\ny=2"}),
             "--set render.tolerance=1 [x] y=2: error: expected a single value\n");
 }

@@ -96,14 +96,14 @@ TEST(SceneReader, unknown_sections_and_keys_are_errors_with_the_nearest_name) {
   EXPECT_EQ(
       problem_of("lights = {}"),
       "1: error: unknown section \"lights\"; expected pileus, render, display, camera, background, light, "
-      "volume, object or freeform; nearest: light");
+      "volume, object, fog, texture or freeform; nearest: light");
   EXPECT_EQ(
       problem_of("render = { sizes = [1, 1] }"),
       "12: error: render: unknown parameter \"sizes\"; expected integrator, size, tolerance, pixel_samples, "
-      "seed or aovs; nearest: size");
+      "max_bounces, seed or aovs; nearest: size");
   EXPECT_EQ(problem_of("light.a = { type = \"sun\", typ = 1 }"),
-            "27: error: light \"a\": unknown parameter \"typ\"; expected type, direction or irradiance; "
-            "nearest: type");
+            "27: error: light \"a\": unknown parameter \"typ\"; expected type, direction, irradiance or "
+            "disc_deg; nearest: type");
 }
 
 TEST(SceneReader, values_where_tables_belong_and_tables_where_values_belong) {
@@ -177,8 +177,9 @@ TEST(SceneReader, limits_themselves_are_in_or_out_as_declared) {
 }
 
 TEST(SceneReader, required_parameters_are_asked_for_at_their_table) {
-  EXPECT_EQ(problem_of("[volume.a]\ntype = \"vdb\""),
-            "1: error: volume \"a\": parameter \"file\" is missing: the file: .vdb, .nvdb, .df3, .npy or .raw");
+  EXPECT_EQ(
+      problem_of("[volume.a]\ntype = \"vdb\""),
+      "1: error: volume \"a\": parameter \"file\" is missing: the file: .vdb, .nvdb, .df3, .npy or .raw");
   const std::string both = problem_of("[volume.a]\ntype = \"cloud\"");
   EXPECT_NE(both.find("neither bounds nor size is given"), std::string::npos) << both;
   EXPECT_NE(both.find("voxel_size is missing"), std::string::npos) << both;
@@ -210,8 +211,9 @@ TEST(SceneReader, light_effects_of_volumes_must_be_in_range) {
 TEST(SceneReader, errors_of_nested_plugins_name_their_owners) {
   EXPECT_EQ(problem_of("volume.a = { type = \"box\", phase = { type = \"hg\", gg = 0 } }"),
             "51: error: volume \"a\": phase: unknown parameter \"gg\"; expected type or g; nearest: g");
-  EXPECT_EQ(problem_of("object.o = { type = \"plane\", shader = { type = \"fong\" } }"),
-            "48: error: object \"o\": unknown surface type \"fong\"; expected phong");
+  EXPECT_EQ(
+      problem_of("object.o = { type = \"plane\", shader = { type = \"fong\" } }"),
+      "48: error: object \"o\": unknown surface type \"fong\"; expected blinn_phong, ggx, glass or phong");
   EXPECT_EQ(problem_of("object.o = { type = \"plane\", shader = { type = \"phong\", shininess = 0 } }"),
             "69: error: object \"o\": surface: shininess = 0 is out of range; expected > 0");
 }
@@ -271,7 +273,7 @@ TEST(SceneReader, overrides_that_cannot_be_are_named_as_given) {
             "--set render.size=[0, 4]: error: render: size = 0 is out of range; expected 1 <= size <= 65536");
   EXPECT_EQ(problems(kHead, {"rendr.size=1"}),
             "--set rendr.size=1: error: unknown section \"rendr\"; expected pileus, render, display, camera, "
-            "background, light, volume, object or freeform; nearest: render");
+            "background, light, volume, object, fog, texture or freeform; nearest: render");
   EXPECT_EQ(problems(kHead, {"camera.type=perspective"}, ErrorKind::usage),
             "--set camera.type=perspective: error: \"camera\" is \"perspective\", not a table");
   for (const std::string text : {"", "=", "a", "=1", ".=1", "a.=1", ".a=1", "a..b=1"}) {

@@ -1,5 +1,6 @@
 #include "lib/scene/shape.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <random>
@@ -29,10 +30,12 @@ TEST(Shape, has_a_phong_shader_by_default) {
     const auto shape = make_plugin<Shape>(name);
     ParamTable table;
     shape->describe(table);
-    const Param& last = table.params().back();
-    EXPECT_EQ(last.name, "shader");
-    EXPECT_EQ(std::get<PluginSlot>(last.target).kind, "surface");
-    EXPECT_EQ(std::get<PluginSlot>(last.target).default_name, "phong");
+    const auto& params = table.params();
+    const auto shader =
+        std::find_if(params.begin(), params.end(), [](const Param& param) { return param.name == "shader"; });
+    ASSERT_NE(shader, params.end());
+    EXPECT_EQ(std::get<PluginSlot>(shader->target).kind, "surface");
+    EXPECT_EQ(std::get<PluginSlot>(shader->target).default_name, "phong");
   }
 }
 
