@@ -89,10 +89,10 @@ Rendering RenderCommand::render_to_files(const Scene& loaded, const Work& work) 
   if (work.has_checkpoint) options.checkpoint = checkpoint();
   options.kept = work.kept;
   options.is_cancelled = is_interrupted;
-  // Loading and building write nothing, so an interrupt may end them at once.
+  // Until the first tile is done nothing is written, so an interrupt may end the program at once.
   std::optional<CancellableScope> cancellable;
   options.progress = [&](double share) {
-    if (!cancellable) cancellable.emplace();
+    if (!cancellable && share > 0.0) cancellable.emplace();
     work.progress(share);
   };
   Rendering rendering = render(loaded, options);
