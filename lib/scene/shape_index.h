@@ -34,8 +34,8 @@ class ShapeIndex {
   /// True where a shape that casts shadows stands in the segment.
   bool is_occluded(const Ray& ray, Segment segment) const;
 
-  /// Up to how many bounded shapes are asked one by one: a tree of so few spares less than it takes to enter
-  /// it.
+  /// Up to how many bounded shapes are asked one by one. A guess: where the tree begins to pay is not
+  /// measured.
   static constexpr size_t kFew = 8;
 
  private:
