@@ -57,13 +57,24 @@ class ExactTile {
     }
   }
 
+  /// The rays from the camera that come next: neighbours.
+  void look_ahead(std::span<const Ray> rays) {
+    constexpr size_t kFewest = 16;  // rays for which one look pays
+    if (m_plan.surfaces && rays.size() >= kFewest) clear_distances(m_world, rays, m_clear);
+  }
+
   RayResult trace(const Ray& ray, const RayPath& path = {}) {
     RayResult result;
     result.error = 0.0;
     m_tolerance = share_of_tolerance(path);
     const uint64_t samples_before = counters.samples();
     const Segment view{0.0, std::numeric_limits<double>::infinity()};
-    const std::optional<WorldHit> hit = m_plan.surfaces ? nearest_surface(m_world, ray, view) : std::nullopt;
+    std::optional<WorldHit> hit;
+    if (m_plan.surfaces) {
+      const bool is_first = path.bounces == 0;
+      hit = nearest_surface(m_world, ray, view, m_ends.sight(path),
+                            is_first ? std::span<const double>(m_clear) : std::span<const double>());
+    }
     if (hit) result.z_first = hit->t;
     const double t_end = hit ? hit->t : view.t1;
     if (m_plan.fog) m_fog.build(ray, t_end, path.bounces == 0);
@@ -329,6 +340,7 @@ class ExactTile {
   double m_whole_tolerance;
   double m_tolerance = 0.0;  ///< of the present ray
   RayProfile m_profile;
+  std::vector<double> m_clear;  ///< before rays from the camera, per shape
   std::vector<double> m_cuts;
   std::vector<size_t> m_ambient;  ///< media in the light of a sky
   RayFog m_fog;
@@ -350,12 +362,16 @@ class ExactTracer final : public Tracer {
         m_fog(world, tolerance, accuracy.picture),
         m_tolerance(tolerance) {}
 
+  /// A surface takes less time than an interruption can wait for many times over.
+  size_t rays_per_call() const override { return m_plan.media ? 4 : 64; }
+
   std::vector<std::string> choices() const override {
     return m_fog.choice().empty() ? std::vector<std::string>{} : std::vector<std::string>{m_fog.choice()};
   }
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     ExactTile tile(m_world, m_plan, m_ends, m_fog, m_tolerance);
+    tile.look_ahead(rays);
     for (size_t i = 0; i < rays.size(); ++i) results[i] = tile.trace(rays[i]);
     tile.counters.add_to(counters);
   }

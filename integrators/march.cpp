@@ -453,6 +453,7 @@ class OtherTracer final : public Tracer {
     if (wants_bound(plan)) m_choices.push_back("error_bound: none, \"exact\" estimates its error");
   }
 
+  size_t rays_per_call() const override { return m_exact->rays_per_call(); }
   std::vector<std::string> choices() const override { return m_choices; }
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     m_exact->trace(rays, results, counters);

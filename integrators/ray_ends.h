@@ -57,6 +57,9 @@ class RayEnds {
     return sum;
   }
 
+  /// How wide pixels are along a ray that comes by a path.
+  RaySight sight(const RayPath& path) const { return {0.0, m_cone.width(path.length), m_cone.per_metre}; }
+
   /// What a ray of direction d sees that meets nothing.
   Rgb background(const Vec3d& d) const;
 

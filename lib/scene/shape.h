@@ -2,6 +2,7 @@
 
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -18,6 +19,15 @@ struct SurfaceHit {
   Vec3d n;             ///< unit normal, on the side the ray comes from
   double error = 0.0;  ///< [m] bound on how far ray.at(t) lies from the surface; see lib/math/offset_point.h
   bool is_inside = false;  ///< the ray comes from inside the solid
+};
+
+/// What is known of a ray that need not be found out, or that need not be seen.
+struct RaySight {
+  double clear = 0.0;     ///< [m] the ray meets nothing of the shape before this t
+  double width = 0.0;     ///< [m] of a pixel at t = 0; with `widening` 0: every detail counts
+  double widening = 0.0;  ///< of a pixel per metre
+
+  double width_at(double t) const { return width + t * widening; }
 };
 
 /// A solid object: its form (the plugin) and what light does on it (the common part).
@@ -37,6 +47,19 @@ struct Shape : Plugin {
 
   /// Nearest hit with t in (segment.t0, segment.t1).
   virtual std::optional<SurfaceHit> intersect(const Ray& ray, Segment segment) const = 0;
+
+  /// The same for a ray of which something is known. `clear` does not change the answer; details far smaller
+  /// than a pixel may be left out, where a form says so.
+  virtual std::optional<SurfaceHit> intersect_seen(const Ray& ray, Segment segment, const RaySight&) const {
+    return intersect(ray, segment);
+  }
+
+  /// A distance before which none of the rays, which are neighbours, meets the shape [m]; infinite where none
+  /// meets it at all. Asked once for many rays: worth more than it costs where a form has it cheaply.
+  virtual double clear_distance(std::span<const Ray> rays) const {
+    (void)rays;
+    return 0.0;
+  }
 
   /// Appends every t at which the ray may cross the edge of the shadow that this shape casts from the light:
   /// the in-scattered light jumps there, and a quadrature that knows where need not search. False where there

@@ -29,7 +29,8 @@ ShapeIndex::ShapeIndex(std::vector<const Shape*> shapes) : m_shapes(std::move(sh
   }
 }
 
-std::optional<WorldHit> ShapeIndex::nearest(const Ray& ray, Segment segment) const {
+std::optional<WorldHit> ShapeIndex::nearest(const Ray& ray, Segment segment, const RaySight& seen,
+                                            std::span<const double> clear) const {
   std::optional<WorldHit> best;
   size_t best_number = 0;
   const auto ask = [&](size_t number) {
@@ -38,7 +39,9 @@ std::optional<WorldHit> ShapeIndex::nearest(const Ray& ray, Segment segment) con
     const double t1 =
         wins_ties ? std::nextafter(best->t, std::numeric_limits<double>::infinity()) : segment.t1;
     const Shape* shape = m_shapes[number];
-    if (const auto hit = shape->intersect(ray, {segment.t0, t1})) {
+    RaySight here = seen;
+    if (!clear.empty()) here.clear = clear[number];
+    if (const auto hit = shape->intersect_seen(ray, {segment.t0, t1}, here)) {
       best = WorldHit{hit->t, hit->n, hit->error, shape, hit->is_inside};
       best_number = number;
       segment.t1 = hit->t;
@@ -53,9 +56,15 @@ std::optional<WorldHit> ShapeIndex::nearest(const Ray& ray, Segment segment) con
   return best;
 }
 
-bool ShapeIndex::is_occluded(const Ray& ray, Segment segment) const {
+void ShapeIndex::clear_distances(std::span<const Ray> rays, std::vector<double>& clear) const {
+  clear.clear();
+  for (const Shape* shape : m_shapes) clear.push_back(shape->clear_distance(rays));
+}
+
+bool ShapeIndex::is_occluded(const Ray& ray, Segment segment, const RaySight& seen) const {
   const auto stands_in = [&](size_t number) {
-    return m_shapes[number]->intersect(ray, segment).has_value() && m_shapes[number]->casts_shadow();
+    return m_shapes[number]->intersect_seen(ray, segment, seen).has_value() &&
+           m_shapes[number]->casts_shadow();
   };
   for (const size_t number : m_alone) {
     if (stands_in(number)) return true;

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "lib/geom/box_index.h"
@@ -29,10 +30,16 @@ class ShapeIndex {
   explicit ShapeIndex(std::vector<const Shape*> shapes);
 
   /// Nearest surface with t in (segment.t0, segment.t1).
-  std::optional<WorldHit> nearest(const Ray& ray, Segment segment) const;
+  ///   seen: how wide pixels are; its `clear` is that of all shapes
+  ///   clear: of each shape, as clear_distances() told for rays of which this is one; or empty
+  std::optional<WorldHit> nearest(const Ray& ray, Segment segment, const RaySight& seen = {},
+                                  std::span<const double> clear = {}) const;
+
+  /// Shape::clear_distance of each shape.
+  void clear_distances(std::span<const Ray> rays, std::vector<double>& clear) const;
 
   /// True where a shape that casts shadows stands in the segment.
-  bool is_occluded(const Ray& ray, Segment segment) const;
+  bool is_occluded(const Ray& ray, Segment segment, const RaySight& seen = {}) const;
 
   /// Up to how many bounded shapes are asked one by one. A guess: where the tree begins to pay is not
   /// measured.

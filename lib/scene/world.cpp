@@ -140,11 +140,12 @@ World build_world(const Scene& scene, LoadedVolumes loaded) {
   return world;
 }
 
-std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segment segment) {
-  if (world.index) return world.index->nearest(ray, segment);
+std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segment segment,
+                                        const RaySight& seen, std::span<const double> clear) {
+  if (world.index) return world.index->nearest(ray, segment, seen, clear);
   std::optional<WorldHit> nearest;
   for (const auto& shape : world.shapes) {
-    if (const auto hit = shape->intersect(ray, segment)) {
+    if (const auto hit = shape->intersect_seen(ray, segment, seen)) {
       nearest = WorldHit{hit->t, hit->n, hit->error, shape.get(), hit->is_inside};
       segment.t1 = hit->t;
     }
@@ -152,10 +153,15 @@ std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segm
   return nearest;
 }
 
-bool is_occluded(const World& world, const Ray& ray, Segment segment) {
-  if (world.index) return world.index->is_occluded(ray, segment);
+void clear_distances(const World& world, std::span<const Ray> rays, std::vector<double>& clear) {
+  clear.clear();
+  if (world.index) world.index->clear_distances(rays, clear);
+}
+
+bool is_occluded(const World& world, const Ray& ray, Segment segment, const RaySight& seen) {
+  if (world.index) return world.index->is_occluded(ray, segment, seen);
   return std::any_of(world.shapes.begin(), world.shapes.end(), [&](const auto& shape) {
-    return shape->intersect(ray, segment).has_value() && shape->casts_shadow();
+    return shape->intersect_seen(ray, segment, seen).has_value() && shape->casts_shadow();
   });
 }
 

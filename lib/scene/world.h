@@ -3,6 +3,7 @@
 #include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -37,7 +38,7 @@ struct World {
   std::vector<std::shared_ptr<const Light>> lights;
   std::vector<std::shared_ptr<const Shape>> shapes;
   std::shared_ptr<const ShapeIndex> index;  ///< of the shapes; null: rays ask each of them
-  std::vector<WorldFog> fogs;  ///< between the camera and what its rays show
+  std::vector<WorldFog> fogs;               ///< between the camera and what its rays show
   std::shared_ptr<const Background> background;
   std::shared_ptr<const Camera> camera;
 };
@@ -56,9 +57,14 @@ inline World build_world(const Scene& scene) {
 }
 
 /// Nearest solid surface with t in (segment.t0, segment.t1).
-std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segment segment);
+///   seen, clear: ShapeIndex::nearest
+std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segment segment,
+                                        const RaySight& seen = {}, std::span<const double> clear = {});
+
+/// What is clear before neighbouring rays, per shape; empty where nothing is known.
+void clear_distances(const World& world, std::span<const Ray> rays, std::vector<double>& clear);
 
 /// True where a solid stands in the segment: the shadow query of solids.
-bool is_occluded(const World& world, const Ray& ray, Segment segment);
+bool is_occluded(const World& world, const Ray& ray, Segment segment, const RaySight& seen = {});
 
 }  // namespace pileus

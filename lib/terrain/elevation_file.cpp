@@ -15,6 +15,7 @@
 
 #include "lib/core/error.h"
 #include "lib/core/memory_budget.h"
+#include "lib/core/parallel.h"
 #include "lib/image/read_numbers.h"
 #include "lib/terrain/geo_tags.h"
 
@@ -43,10 +44,22 @@ std::string read_bytes(const fs::path& file) {
   return bytes;
 }
 
+/// Calls body(first, end) for stretches of `count` items, on all cores.
+template <class Body>
+void for_stretches(size_t count, Body&& body) {
+  constexpr size_t kItems = size_t(1) << 18;
+  parallel_for((count + kItems - 1) / kItems,
+               [&](size_t part) { body(part * kItems, std::min(count, (part + 1) * kItems)); });
+}
+
 void mark_no_data(HeightTable& table, std::optional<double> no_data) {
-  for (float& z : table.heights) {
-    if (!std::isfinite(z) || (no_data && z == float(*no_data))) z = kNoData;
-  }
+  const float mark = no_data ? float(*no_data) : kNoData;
+  for_stretches(table.heights.size(), [&](size_t first, size_t end) {
+    for (size_t k = first; k < end; ++k) {
+      const float z = table.heights[k];
+      table.heights[k] = z == mark || !(std::abs(z) <= std::numeric_limits<float>::max()) ? kNoData : z;
+    }
+  });
 }
 
 void set_degrees(HeightTable& table, double cell_x_deg, double cell_y_deg, double middle_latitude) {
@@ -216,6 +229,33 @@ double number_at(const std::string& bytes, size_t at, char kind, size_t size, bo
   return double(int64_t(raw << unused) >> unused);
 }
 
+using NumberCopy = void (*)(const char* from, float* to, size_t count);
+
+template <class T>
+void copy_numbers(const char* from, float* to, size_t count) {
+  for (size_t k = 0; k < count; ++k) {
+    T number;
+    std::memcpy(&number, from + k * sizeof(T), sizeof(T));
+    to[k] = float(double(number));
+  }
+}
+
+/// Numbers of this machine as floats. kind: f, i or u; size [bytes]
+NumberCopy number_copy(char kind, size_t size) {
+  if (kind == 'f') return size == 4 ? copy_numbers<float> : copy_numbers<double>;
+  const bool is_signed = kind == 'i';
+  switch (size) {
+    case 1:
+      return is_signed ? copy_numbers<int8_t> : copy_numbers<uint8_t>;
+    case 2:
+      return is_signed ? copy_numbers<int16_t> : copy_numbers<uint16_t>;
+    case 4:
+      return is_signed ? copy_numbers<int32_t> : copy_numbers<uint32_t>;
+    default:
+      return is_signed ? copy_numbers<int64_t> : copy_numbers<uint64_t>;
+  }
+}
+
 HeightTable read_npy(const fs::path& file) {
   const std::string bytes = read_bytes(file);
   if (bytes.size() < 12 || !bytes.starts_with("\x93NUMPY")) refuse(file, "is no .npy file");
@@ -245,6 +285,13 @@ HeightTable read_npy(const fs::path& file) {
   }
   const bool is_big = match[1].str() == ">", is_fortran = match[4].str() == "True";
   HeightTable table{int(columns), int(rows), std::vector<float>(count)};
+  if (!is_big && !is_fortran && std::endian::native == std::endian::little) {
+    const NumberCopy copy = number_copy(kind, size);
+    for_stretches(count, [&](size_t first, size_t end) {
+      copy(bytes.data() + start + length + first * size, table.heights.data() + first, end - first);
+    });
+    return table;
+  }
   for (uint64_t k = 0; k < count; ++k) {
     const uint64_t in_file = is_fortran ? k % uint64_t(columns) * uint64_t(rows) + k / uint64_t(columns) : k;
     table.heights[k] = float(number_at(bytes, start + length + in_file * size, kind, size, is_big));

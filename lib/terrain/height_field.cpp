@@ -3,10 +3,10 @@
 #include <array>
 #include <cmath>
 
+#include "lib/terrain/grid_ray.h"
+
 namespace pileus {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 /// A quadratic on [0, 1] by its Bernstein coefficients.
 struct Bernstein {
@@ -36,59 +36,13 @@ SignChanges sign_changes(Bernstein g) {
   return {2, {g.b0 / (g.b0 - g.b1 + root), (root - g.b1) / (root - g.b1 + g.b2)}};
 }
 
-/// A ray among the lines of a grid.
-class GridRay {
+/// One ray's way through the pyramid: a block after the other, along the ray, each as large as the ray lets
+/// it be. After a block that the ray passes by comes the one behind it, of twice the size where that begins
+/// there; a block that the ray may meet is entered where the ray is.
+class Walk {
  public:
-  explicit GridRay(const Ray& ray) : m_ray(ray) {
-    for (int axis = 0; axis < 2; ++axis) {
-      m_inverse[size_t(axis)] = 1.0 / ray.d[axis];
-      if (!std::isfinite(m_inverse[size_t(axis)])) m_ray.d[axis] = 0.0;  // denormals never reach a line
-    }
-  }
-
-  /// Where the ray crosses line k of an axis; any cell that the line bounds gets the same number.
-  double at_line(int axis, int k) const { return (k - m_ray.o[axis]) * m_inverse[size_t(axis)]; }
-
-  double z(double t) const { return m_ray.o.z + t * m_ray.d.z; }
-
-  /// The coordinate at t within cell k, 0 to 1: exactly 0 or 1 where the ray crosses a line.
-  double fraction(int axis, int k, double t) const {
-    if (m_ray.d[axis] != 0.0) {
-      if (t == at_line(axis, k)) return 0.0;
-      if (t == at_line(axis, k + 1)) return 1.0;
-    }
-    return std::clamp(m_ray.o[axis] + t * m_ray.d[axis] - k, 0.0, 1.0);
-  }
-
-  /// The part of a segment between two lines of an axis.
-  Segment clip(int axis, Segment segment, int k0, int k1) const {
-    if (m_ray.d[axis] == 0.0) {
-      const bool is_between = m_ray.o[axis] >= k0 && m_ray.o[axis] <= k1;
-      return is_between ? segment : Segment{};
-    }
-    const double a = at_line(axis, k0), b = at_line(axis, k1);
-    return {std::max(segment.t0, std::min(a, b)), std::min(segment.t1, std::max(a, b))};
-  }
-
-  /// The part of a segment between two heights.
-  Segment clip_heights(Segment segment, double least, double greatest) const {
-    const double oz = m_ray.o.z, dz = m_ray.d.z;
-    if (dz == 0.0) return oz >= least && oz <= greatest ? segment : Segment{};
-    const double a = (least - oz) / dz, b = (greatest - oz) / dz;
-    return {std::max(segment.t0, std::min(a, b)), std::min(segment.t1, std::max(a, b))};
-  }
-
-  const Ray& ray() const { return m_ray; }
-
- private:
-  Ray m_ray;
-  std::array<double, 2> m_inverse{};
-};
-
-class Bisection {
- public:
-  Bisection(const HeightTable& table, const HeightPyramid& pyramid, const Ray& ray, Segment segment)
-      : m_table(table), m_pyramid(pyramid), m_ray(ray), m_segment(segment) {}
+  Walk(const HeightTable& table, const HeightPyramid& pyramid, const Ray& ray, Segment segment, double clear)
+      : m_table(table), m_pyramid(pyramid), m_ray(ray), m_segment(segment), m_clear(clear) {}
 
   std::optional<HeightHit> first_hit(double lowest) {
     const HeightRange all = m_pyramid.all();
@@ -101,54 +55,94 @@ class Bisection {
     const double highest = std::max(std::abs(double(all.least)), std::abs(double(all.greatest)));
     m_margin = 16.0 * std::numeric_limits<double>::epsilon() * (std::abs(m_ray.ray().o.z) + far + highest);
     inside = m_ray.clip_heights(inside, std::max(lowest, all.least - m_margin), all.greatest + m_margin);
-    if (!(inside.t0 <= inside.t1) || !std::isfinite(inside.t1)) return std::nullopt;
-    visit(m_pyramid.top(), 0, 0, inside.t0, inside.t1);
-    return m_hit;
+    if (!(inside.t0 <= inside.t1) || !std::isfinite(inside.t1) || inside.t1 < m_clear) return std::nullopt;
+    start(inside);
+    return walk();
   }
 
  private:
-  bool passes_by(const HeightRange& range, double t0, double t1) const {
-    if (range.empty()) return true;
-    const double z0 = m_ray.z(t0), z1 = m_ray.z(t1);
-    return std::min(z0, z1) > range.greatest + m_margin || std::max(z0, z1) < range.least - m_margin;
-  }
-
-  /// True once a hit is found.
-  bool visit(int level, int i, int j, double t0, double t1) {
-    if (level == 0) return i < m_table.cells_x() && j < m_table.cells_y() && meets_cell(i, j, t0, t1);
-    if (i >= m_pyramid.width(level) || j >= m_pyramid.height(level)) return false;
-    if (passes_by(m_pyramid.at(level, i, j), t0, t1)) return false;
-
-    const int first[2] = {2 * i, 2 * j};
-    int child[2];
-    double cut[2];
+  /// Enters the block that the ray is in where it may meet something first. Where it starts on the ground
+  /// that is a small one: it would be entered down to the cells anyway. Blocks begin where they would begin
+  /// had the ray been followed from its start.
+  void start(Segment inside) {
+    constexpr int kLow = 3;
+    const double t = std::max(inside.t0, m_clear);
+    const bool is_near = t > inside.t0 || inside.t0 == m_segment.t0;
+    m_level = is_near ? std::min(kLow, m_pyramid.top()) : m_pyramid.top();
+    m_t0 = inside.t0, m_end = inside.t1;
+    const int cells[2] = {m_table.cells_x(), m_table.cells_y()};
     for (int axis = 0; axis < 2; ++axis) {
-      const int middle = (first[axis] + 1) << (level - 1);
-      const double d = m_ray.ray().d[axis];
-      cut[axis] = d == 0.0 ? kInfinity : m_ray.at_line(axis, middle);
-      const bool is_before = d == 0.0 ? m_ray.ray().o[axis] < middle : (t0 < cut[axis]) == (d > 0.0);
-      child[axis] = is_before ? 0 : 1;
-      if (!(cut[axis] > t0 && cut[axis] < t1)) cut[axis] = kInfinity;
+      const double d = m_ray.ray().d[axis], at = m_ray.ray().o[axis] + t * d;
+      int cell = int(std::clamp(at, 0.0, double(cells[axis] - 1)));
+      while (cell > 0 && !m_ray.is_above_line(axis, cell, t)) --cell;
+      while (cell + 1 < cells[axis] && m_ray.is_above_line(axis, cell + 1, t)) ++cell;
+      m_block[axis] = cell >> m_level;
+      const int behind = (m_block[axis] + 1 - m_ray.ahead(axis)) << m_level;
+      if (d != 0.0) m_t0 = std::max(m_t0, m_ray.at_line(axis, behind));
     }
+    m_z0 = m_ray.z(m_t0);
+  }
+
+  std::optional<HeightHit> walk() {
     while (true) {
-      const double next = std::min({cut[0], cut[1], t1});
-      if (visit(level - 1, first[0] + child[0], first[1] + child[1], t0, next)) return true;
-      if (cut[0] == kInfinity && cut[1] == kInfinity) return false;
-      for (int axis = 0; axis < 2; ++axis) {
-        if (cut[axis] != next) continue;
-        child[axis] = 1 - child[axis];
-        cut[axis] = kInfinity;
+      const double leaves[2] = {end_of_block(0), end_of_block(1)};
+      const double t1 = std::min({leaves[0], leaves[1], m_end});
+      const double z1 = m_ray.z(t1);
+      if (m_level == 0) {
+        if (meets_cell(t1, z1)) return m_hit;
+      } else if (t1 >= m_clear && !passes_by(m_pyramid.at(m_level, m_block[0], m_block[1]), z1)) {
+        if (!enter()) return std::nullopt;
+        continue;
       }
-      t0 = next;
+      if (t1 >= m_end) return std::nullopt;
+      m_t0 = t1, m_z0 = z1;
+      if (!step_on(leaves[0] == t1, leaves[1] == t1)) return std::nullopt;
     }
   }
 
-  bool meets_cell(int i, int j, double t0, double t1) {
+  double end_of_block(int axis) const {
+    return m_ray.at_line(axis, (m_block[axis] + m_ray.ahead(axis)) << m_level);
+  }
+
+  bool passes_by(const HeightRange& range, double z1) const {
+    return std::min(m_z0, z1) > range.greatest + m_margin || std::max(m_z0, z1) < range.least - m_margin ||
+           range.empty();
+  }
+
+  /// Goes on to the part of the block in which the ray is; false where that lies beyond the map.
+  bool enter() {
+    --m_level;
+    for (int axis = 0; axis < 2; ++axis) {
+      const int first = 2 * m_block[axis];
+      m_block[axis] = first + int(m_ray.is_above_line(axis, (first + 1) << m_level, m_t0));
+    }
+    return is_on_map();
+  }
+
+  /// Goes on to the block behind; false where the map ends.
+  bool step_on(bool along_x, bool along_y) {
+    // Without branches: which way a ray turns cannot be foreseen.
+    const int i = m_block[0] + int(along_x) * (2 * m_ray.ahead(0) - 1),
+              j = m_block[1] + int(along_y) * (2 * m_ray.ahead(1) - 1);
+    const int up = int(((i ^ m_block[0]) | (j ^ m_block[1])) > 1) & int(m_level < m_pyramid.top());
+    m_level += up;
+    m_block[0] = i >> up, m_block[1] = j >> up;
+    return i >= 0 && j >= 0 && is_on_map();
+  }
+
+  bool is_on_map() const {
+    if (m_level == 0) return m_block[0] < m_table.cells_x() && m_block[1] < m_table.cells_y();
+    return m_block[0] < m_pyramid.width(m_level) && m_block[1] < m_pyramid.height(m_level);
+  }
+
+  bool meets_cell(double t1, double z1) {
+    const int i = m_block[0], j = m_block[1];
     const Patch<double> patch = m_table.patch(i, j);
-    if (!patch.has_data()) return false;
-    const double s0 = m_ray.fraction(0, i, t0), s1 = m_ray.fraction(0, i, t1);
-    const double r0 = m_ray.fraction(1, j, t0), r1 = m_ray.fraction(1, j, t1);
-    const double z0 = m_ray.z(t0), z1 = m_ray.z(t1);
+    const double greatest = std::max(std::max(patch.z00, patch.z10), std::max(patch.z01, patch.z11));
+    const double t0 = m_t0, z0 = m_z0;
+    if (std::min(z0, z1) > greatest + m_margin || !patch.has_data()) return false;
+    const double s0 = m_ray.fraction(0, i, i + 1, t0), s1 = m_ray.fraction(0, i, i + 1, t1);
+    const double r0 = m_ray.fraction(1, j, j + 1, t0), r1 = m_ray.fraction(1, j, j + 1, t1);
     // The middle coefficient is the patch's symmetric bilinear form of both ends.
     const double middle = 0.5 * (patch.at(s0, r1) + patch.at(s1, r0));
     const SignChanges roots =
@@ -172,7 +166,11 @@ class Bisection {
   const HeightPyramid& m_pyramid;
   GridRay m_ray;
   Segment m_segment;
+  double m_clear;
   double m_margin = 0.0;
+  int m_level = 0, m_block[2] = {0, 0};  ///< where the ray is
+  double m_t0 = 0.0, m_z0 = 0.0;         ///< where it comes into the block
+  double m_end = 0.0;                    ///< where it leaves the map, or its last possible height
   std::optional<HeightHit> m_hit;
 };
 
@@ -183,8 +181,35 @@ double HeightField::height(double u, double v) const {
   return m_table.patch(i.cell, j.cell).at(i.fraction, j.fraction);
 }
 
-std::optional<HeightHit> HeightField::intersect(const Ray& ray, Segment segment, double lowest) const {
-  return Bisection(m_table, m_pyramid, ray, segment).first_hit(lowest);
+double HeightField::clear_distance(const Beam& beam) const {
+  constexpr double kNever = std::numeric_limits<double>::infinity(), kRounding = 1e-9;
+  const HeightRange all = range();
+  if (all.empty()) return kNever;
+  const Box3d bounds(Vec3d(0.0, 0.0, all.least), Vec3d(m_table.cells_x(), m_table.cells_y(), all.greatest));
+  const Segment inside = beam.inside(bounds);
+  if (inside.empty()) return kNever;
+  // Stretches twice as long where the last was clear, half as long where one was not, until the beam is wider
+  // than a stretch is long: then some ray may meet something.
+  const double speed = std::max({std::abs(beam.d.min.x), std::abs(beam.d.max.x), std::abs(beam.d.min.y),
+                                 std::abs(beam.d.max.y), 1e-300});
+  double t = inside.t0, step = 0.25 * (std::min(inside.t1, 1e300) - t);
+  while (t < inside.t1) {
+    const Box3d box = beam.box(t, t + step);
+    const HeightRange ground = m_pyramid.between(box.min.x, box.min.y, box.max.x, box.max.y);
+    if (ground.empty() || box.min.z > ground.greatest) {
+      t += step, step *= 2.0;
+      continue;
+    }
+    step *= 0.5;
+    const Vec3d across = beam.box(t, t).size();
+    if (!(step * speed > std::max({0.5 * across.x, 0.5 * across.y, 1.0}))) return t * (1.0 - kRounding);
+  }
+  return kNever;
+}
+
+std::optional<HeightHit> HeightField::intersect(const Ray& ray, Segment segment, double lowest,
+                                                double clear) const {
+  return Walk(m_table, m_pyramid, ray, segment, clear).first_hit(lowest);
 }
 
 }  // namespace pileus

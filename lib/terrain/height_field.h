@@ -2,6 +2,7 @@
 
 #include <optional>
 
+#include "lib/math/beam.h"
 #include "lib/math/ray.h"
 #include "lib/terrain/height_pyramid.h"
 #include "lib/terrain/height_table.h"
@@ -37,7 +38,13 @@ class HeightField {
 
   /// The first hit with t in (segment.t0, segment.t1) and a height of at least `lowest`.
   ///   ray: in grid space; d of any length but 0
-  std::optional<HeightHit> intersect(const Ray& ray, Segment segment, double lowest) const;
+  ///   clear: the ray is known to meet nothing before this t; it does not change the answer
+  std::optional<HeightHit> intersect(const Ray& ray, Segment segment, double lowest,
+                                     double clear = 0.0) const;
+
+  /// A t before which all rays of a beam are above the surface or beside the map; infinite where none meets
+  /// it.
+  double clear_distance(const Beam& beam) const;
 
  private:
   HeightTable m_table;

@@ -1,24 +1,12 @@
 #pragma once
 
-#include <algorithm>
-#include <limits>
 #include <vector>
 
+#include "lib/core/large_array.h"
+#include "lib/terrain/height_range.h"
 #include "lib/terrain/height_table.h"
 
 namespace pileus {
-
-/// Least and greatest height of a part of the surface; empty (least > greatest) where there is none.
-struct HeightRange {
-  float least = std::numeric_limits<float>::infinity();
-  float greatest = -std::numeric_limits<float>::infinity();
-
-  bool empty() const { return !(least <= greatest); }
-  void extend(float z) { least = std::min(least, z), greatest = std::max(greatest, z); }
-  void extend(const HeightRange& other) {
-    least = std::min(least, other.least), greatest = std::max(greatest, other.greatest);
-  }
-};
 
 /// Bounds of the interpolated surface over blocks of 2^level x 2^level cells, for levels from 1 up to one
 /// block for all: of all nodes that a cell touches, the shared rows and columns included. A cell with a
@@ -26,6 +14,8 @@ struct HeightRange {
 class HeightPyramid {
  public:
   HeightPyramid() = default;
+
+  /// Built on all cores; the ranges do not depend on how many.
   explicit HeightPyramid(const HeightTable& table);
 
   int top() const { return int(m_levels.size()); }
@@ -37,11 +27,18 @@ class HeightPyramid {
   int height(int level) const { return m_levels[size_t(level - 1)].height; }
   const HeightRange& all() const { return at(top(), 0, 0); }
 
+  /// Bounds of the surface between two map points, which are clamped to the map: of at most 3 x 3 blocks.
+  HeightRange between(double u0, double v0, double u1, double v1) const;
+
  private:
   struct Level {
     int width = 0, height = 0;
-    std::vector<HeightRange> ranges;
+    LargeArray<HeightRange> ranges;
   };
+
+  void add_level(int width, int height);
+  void merge_rows(int level, int first, int end);
+
   std::vector<Level> m_levels;
 };
 

@@ -63,8 +63,22 @@ struct Terrain final : Shape {
   }
 
   std::optional<SurfaceHit> intersect(const Ray& ray, Segment segment) const override {
-    const Ray in_grid{m_grid_from_world.point(ray.o), m_grid_from_world.direction(ray.d)};
-    const auto hit = m_field.intersect(in_grid, segment, m_threshold);
+    return intersect_seen(ray, segment, {});
+  }
+
+  double clear_distance(std::span<const Ray> rays) const override {
+    Beam beam;
+    for (const Ray& ray : rays) {
+      const Ray in_grid = grid_ray(ray);
+      beam.o.extendBy(in_grid.o);
+      beam.d.extendBy(in_grid.d);
+    }
+    return m_field.clear_distance(beam);
+  }
+
+  std::optional<SurfaceHit> intersect_seen(const Ray& ray, Segment segment,
+                                           const RaySight& seen) const override {
+    const auto hit = m_field.intersect(grid_ray(ray), segment, m_threshold, seen.clear);
     if (!hit) return std::nullopt;
     const Vec3d up = normalize(world_normal({-hit->du, -hit->dv, 1.0}));
     const double rounding = 4.0 * surface_error(length(ray.o) + hit->t + m_reach);
@@ -75,6 +89,10 @@ struct Terrain final : Shape {
   Box3d bounds() const override { return m_bounds; }
 
  private:
+  Ray grid_ray(const Ray& ray) const {
+    return {m_grid_from_world.point(ray.o), m_grid_from_world.direction(ray.d)};
+  }
+
   /// (column, row, height) to (east, height, south), the middle of the map at the origin.
   static Affine object_from_grid(const HeightTable& table) {
     Imath::M44d rows(table.cell_x, 0, 0, 0,  //

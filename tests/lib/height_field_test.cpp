@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <random>
+#include <vector>
 
 #include <gtest/gtest.h>
 
@@ -96,6 +97,65 @@ TEST(HeightField, has_no_cracks_at_any_distance) {
       const double before = (target.z - 3.1) / 1.0 + 0.0, after = target.z + 0.1;
       ASSERT_TRUE(field.intersect(ray, {std::max(0.0, t0 + before), t0 + after}, -kInf))
           << distance << " " << k;
+    }
+  }
+}
+
+/// Rays from near one point in nearly one direction.
+std::vector<Ray> neighbours(const HeightTable& table, std::mt19937& random, double spread) {
+  std::uniform_real_distribution<double> unit(-1.0, 1.0);
+  const Ray middle = random_ray(table, random, std::exp(1.0 + 2.0 * unit(random)));
+  std::vector<Ray> rays;
+  for (int k = 0; k < 16; ++k) {
+    const Vec3d aside(unit(random), unit(random), unit(random));
+    rays.push_back({middle.o, normalize(middle.d + spread * aside)});
+  }
+  return rays;
+}
+
+TEST(HeightField, nothing_stands_where_a_beam_is_clear) {
+  std::mt19937 random(11);
+  int late = 0, never = 0, hits = 0;
+  for (const double holes : {0.0, 0.05}) {
+    const HeightTable table = random_table(60, 41, random, holes);
+    const HeightField field(table);
+    for (int k = 0; k < 6000; ++k) {
+      const std::vector<Ray> rays = neighbours(table, random, k % 2 == 0 ? 0.003 : 0.1);
+      Beam beam;
+      for (const Ray& ray : rays) beam.o.extendBy(ray.o), beam.d.extendBy(ray.d);
+      const double clear = field.clear_distance(beam);
+      late += clear > 0.0 && std::isfinite(clear), never += std::isinf(clear);
+      for (const Ray& ray : rays) {
+        const auto hit = field.intersect(ray, {0.0, kInf}, -kInf);
+        const auto same = field.intersect(ray, {0.0, kInf}, -kInf, clear);
+        ASSERT_EQ(hit.has_value(), same.has_value()) << k;
+        if (!hit) continue;
+        ++hits;
+        ASSERT_GE(hit->t, clear) << k;
+        ASSERT_EQ(hit->t, same->t) << "the same bits";
+        ASSERT_EQ(hit->u, same->u);
+        ASSERT_EQ(hit->z, same->z);
+      }
+    }
+  }
+  EXPECT_GT(late, 3000);
+  EXPECT_GT(never, 20);
+  EXPECT_GT(hits, 50000);
+}
+
+TEST(HeightField, bounds_between_two_points_hold) {
+  std::mt19937 random(13);
+  const HeightTable table = random_table(45, 70, random);
+  const HeightField field(table);
+  const HeightPyramid pyramid(table);
+  std::uniform_real_distribution<double> unit(0.0, 1.0);
+  for (int k = 0; k < 3000; ++k) {
+    const double u0 = 44 * unit(random), v0 = 69 * unit(random), size = 20 * unit(random) * unit(random);
+    const HeightRange range = pyramid.between(u0, v0, u0 + size, v0 + 0.5 * size);
+    for (int n = 0; n < 20; ++n) {
+      const double z = field.height(u0 + size * unit(random), v0 + 0.5 * size * unit(random));
+      ASSERT_GE(z, range.least);
+      ASSERT_LE(z, range.greatest);
     }
   }
 }
