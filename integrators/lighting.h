@@ -31,15 +31,15 @@ struct TraceCounters {
 };
 
 /// The optical depth between p and a light: infinite behind a solid, else that of the media.
-/// `media_depth(ray, segment)` is how the integrator at hand measures it.
+/// `media_depth(ray, segment)` is how the integrator at hand measures it; `seen`: how fine shadows show.
 template <class MediaDepth>
 double depth_to_light(const World& world, const EffectPlan& plan, const Vec3d& p, const Illumination& light,
-                      TraceCounters& counters, MediaDepth&& media_depth) {
+                      TraceCounters& counters, MediaDepth&& media_depth, const RaySight& seen = {}) {
   const Ray ray{p, light.wi};
   const Segment segment{0.0, light.distance};
   if (plan.surface_shadows) {
     ++counters.surface_shadow_rays;
-    if (is_occluded(world, ray, segment)) return std::numeric_limits<double>::infinity();
+    if (is_occluded(world, ray, segment, seen)) return std::numeric_limits<double>::infinity();
   }
   if (!plan.media_shadows) return 0.0;
   ++counters.media_shadow_rays;

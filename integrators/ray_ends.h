@@ -40,11 +40,13 @@ class RayEnds {
                TraceCounters& counters, MediaDepth&& media_depth, GoOn&& go_on) const {
     if (!hit) return after_endless_leg(background(ray.d), path);
     const SurfacePoint point = surface_point(ray, *hit, path, counters);
+    const RaySight shadows{0.0, point.footprint, 0.0};
     std::vector<Illumination> lights;
     for (const auto& light : m_world.lights) {
       Illumination here = light->at(point.p);
       if (dot(point.n, here.wi) <= 0.0) continue;  // from behind: nothing of it shows
-      here.irradiance *= transmittance(depth_to_light(m_world, m_plan, point.p, here, counters, media_depth));
+      here.irradiance *=
+          transmittance(depth_to_light(m_world, m_plan, point.p, here, counters, media_depth, shadows));
       lights.push_back(here);
     }
     const Rgb lit = point.opacity * hit->shape->shader->shade(point, -ray.d, lights);

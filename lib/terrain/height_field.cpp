@@ -1,48 +1,41 @@
 #include "lib/terrain/height_field.h"
 
 #include <array>
+#include <bit>
 #include <cmath>
 
+#include "lib/terrain/cubic_patch.h"
 #include "lib/terrain/grid_ray.h"
+#include "lib/terrain/sign_changes.h"
 
 namespace pileus {
 namespace {
 
-/// A quadratic on [0, 1] by its Bernstein coefficients.
-struct Bernstein {
-  double b0, b1, b2;
-};
+/// Up to this level a block may be seen as one patch. Walks look at blocks of this level before they look
+/// into them, wherever they come from: what they see does not depend on that.
+constexpr int kCoarsestPatch = 5;
 
-/// Where g passes from > 0 to <= 0 or back, ascending: at least one place if b0 and b2 differ in that, no or
-/// two otherwise. Sums have terms of one sign only, so that all roots are in [0, 1] and keep their digits.
-struct SignChanges {
-  int count = 0;
-  std::array<double, 2> s{};
+/// The surface as walks see it.
+struct Ground {
+  const HeightTable& table;
+  const HeightPyramid& pyramid;
+  bool is_cubic;
 };
-
-SignChanges sign_changes(Bernstein g) {
-  const bool above0 = g.b0 > 0.0, above2 = g.b2 > 0.0;
-  if (!above0) g = {-g.b0, -g.b1, -g.b2};
-  if (above0 != above2) {
-    const double root = std::sqrt(g.b1 * g.b1 - g.b0 * g.b2);
-    if (g.b1 > 0.0) return {1, {(root + g.b1) / (root + g.b1 - g.b2), 0.0}};
-    const double sum = g.b0 + (root - g.b1);
-    return {1, {sum > 0.0 ? g.b0 / sum : 0.0, 0.0}};
-  }
-  if (g.b1 >= 0.0) return {};  // all coefficients on one side: so is the curve
-  const double discriminant = g.b1 * g.b1 - g.b0 * g.b2;
-  if (!(discriminant > 0.0)) return {};
-  const double root = std::sqrt(discriminant);
-  return {2, {g.b0 / (g.b0 - g.b1 + root), (root - g.b1) / (root - g.b1 + g.b2)}};
-}
 
 /// One ray's way through the pyramid: a block after the other, along the ray, each as large as the ray lets
 /// it be. After a block that the ray passes by comes the one behind it, of twice the size where that begins
 /// there; a block that the ray may meet is entered where the ray is.
 class Walk {
  public:
-  Walk(const HeightTable& table, const HeightPyramid& pyramid, const Ray& ray, Segment segment, double clear)
-      : m_table(table), m_pyramid(pyramid), m_ray(ray), m_segment(segment), m_clear(clear) {}
+  ///   is_coarse: larger blocks than a cell may be patches
+  Walk(const Ground& ground, const Ray& ray, Segment segment, const HeightSight& sight, bool is_coarse)
+      : m_table(ground.table),
+        m_pyramid(ground.pyramid),
+        m_is_cubic(ground.is_cubic),
+        m_is_coarse(is_coarse),
+        m_ray(ray),
+        m_segment(segment),
+        m_sight(sight) {}
 
   std::optional<HeightHit> first_hit(double lowest) {
     const HeightRange all = m_pyramid.all();
@@ -55,7 +48,8 @@ class Walk {
     const double highest = std::max(std::abs(double(all.least)), std::abs(double(all.greatest)));
     m_margin = 16.0 * std::numeric_limits<double>::epsilon() * (std::abs(m_ray.ray().o.z) + far + highest);
     inside = m_ray.clip_heights(inside, std::max(lowest, all.least - m_margin), all.greatest + m_margin);
-    if (!(inside.t0 <= inside.t1) || !std::isfinite(inside.t1) || inside.t1 < m_clear) return std::nullopt;
+    if (!(inside.t0 <= inside.t1) || !std::isfinite(inside.t1) || inside.t1 < m_sight.clear)
+      return std::nullopt;
     start(inside);
     return walk();
   }
@@ -66,9 +60,9 @@ class Walk {
   /// had the ray been followed from its start.
   void start(Segment inside) {
     constexpr int kLow = 3;
-    const double t = std::max(inside.t0, m_clear);
+    const double t = std::max(inside.t0, m_sight.clear);
     const bool is_near = t > inside.t0 || inside.t0 == m_segment.t0;
-    m_level = is_near ? std::min(kLow, m_pyramid.top()) : m_pyramid.top();
+    m_level = is_near ? std::min(m_is_coarse ? kCoarsestPatch : kLow, m_pyramid.top()) : m_pyramid.top();
     m_t0 = inside.t0, m_end = inside.t1;
     const int cells[2] = {m_table.cells_x(), m_table.cells_y()};
     for (int axis = 0; axis < 2; ++axis) {
@@ -89,10 +83,13 @@ class Walk {
       const double t1 = std::min({leaves[0], leaves[1], m_end});
       const double z1 = m_ray.z(t1);
       if (m_level == 0) {
-        if (meets_cell(t1, z1)) return m_hit;
-      } else if (t1 >= m_clear && !passes_by(m_pyramid.at(m_level, m_block[0], m_block[1]), z1)) {
-        if (!enter()) return std::nullopt;
-        continue;
+        if (meets_patch(t1, z1)) return m_hit;
+      } else if (t1 >= m_sight.clear && !passes_by(m_pyramid.at(m_level, m_block[0], m_block[1]), z1)) {
+        if (!counts_as_patch()) {
+          if (!enter()) return std::nullopt;
+          continue;
+        }
+        if (meets_patch(t1, z1)) return m_hit;
       }
       if (t1 >= m_end) return std::nullopt;
       m_t0 = t1, m_z0 = z1;
@@ -104,9 +101,20 @@ class Walk {
     return m_ray.at_line(axis, (m_block[axis] + m_ray.ahead(axis)) << m_level);
   }
 
-  bool passes_by(const HeightRange& range, double z1) const {
-    return std::min(m_z0, z1) > range.greatest + m_margin || std::max(m_z0, z1) < range.least - m_margin ||
-           range.empty();
+  bool passes_by(const HeightRange& range, double z1) {
+    const bool is_above = std::min(m_z0, z1) > range.greatest + m_margin,
+               is_below = std::max(m_z0, z1) < range.least - m_margin;
+    if (!is_above && !is_below) return false;  // so it is where there is no surface: both
+    const int side = int(is_above) - int(is_below);
+    if (m_is_coarse && side * m_side < 0) return false;  // through a gap: its patch has to tell where
+    m_side = side;
+    return true;
+  }
+
+  bool counts_as_patch() const {
+    return m_is_coarse && m_level <= kCoarsestPatch &&
+           m_pyramid.deviation(m_level, m_block[0], m_block[1]) <=
+               m_sight.coarseness + m_t0 * m_sight.coarsening;
   }
 
   /// Goes on to the part of the block in which the ray is; false where that lies beyond the map.
@@ -124,7 +132,12 @@ class Walk {
     // Without branches: which way a ray turns cannot be foreseen.
     const int i = m_block[0] + int(along_x) * (2 * m_ray.ahead(0) - 1),
               j = m_block[1] + int(along_y) * (2 * m_ray.ahead(1) - 1);
-    const int up = int(((i ^ m_block[0]) | (j ^ m_block[1])) > 1) & int(m_level < m_pyramid.top());
+    const int changed = (i ^ m_block[0]) | (j ^ m_block[1]);
+    int up = int(changed > 1) & int(m_level < m_pyramid.top());
+    if (m_is_coarse) {  // to the largest block that begins here and may be a patch
+      const int newly = int(std::bit_width(unsigned(changed))) - 1;
+      up = std::max(up, std::min(newly, std::min(kCoarsestPatch, m_pyramid.top()) - m_level));
+    }
     m_level += up;
     m_block[0] = i >> up, m_block[1] = j >> up;
     return i >= 0 && j >= 0 && is_on_map();
@@ -135,28 +148,96 @@ class Walk {
     return m_block[0] < m_pyramid.width(m_level) && m_block[1] < m_pyramid.height(m_level);
   }
 
-  bool meets_cell(double t1, double z1) {
-    const int i = m_block[0], j = m_block[1];
-    const Patch<double> patch = m_table.patch(i, j);
+  /// A piece of the ray over the present block, which counts as one patch.
+  struct Piece {
+    int u0, v0, u1, v1;     ///< lines that bound the block
+    double s0, r0, s1, r1;  ///< where the ray is between them, 0 to 1
+    double t1, z1;          ///< where it ends; it starts at m_t0, m_z0
+  };
+
+  bool meets_patch(double t1, double z1) {
+    const Patch<double> patch =
+        m_level == 0 ? m_table.patch(m_block[0], m_block[1]) : m_table.patch(m_level, m_block[0], m_block[1]);
+    if (!patch.has_data()) {
+      m_side = 0;
+      return false;
+    }
+    const bool is_cubic = m_is_cubic && m_level == 0;
     const double greatest = std::max(std::max(patch.z00, patch.z10), std::max(patch.z01, patch.z11));
-    const double t0 = m_t0, z0 = m_z0;
-    if (std::min(z0, z1) > greatest + m_margin || !patch.has_data()) return false;
-    const double s0 = m_ray.fraction(0, i, i + 1, t0), s1 = m_ray.fraction(0, i, i + 1, t1);
-    const double r0 = m_ray.fraction(1, j, j + 1, t0), r1 = m_ray.fraction(1, j, j + 1, t1);
+    if (!is_cubic && m_side >= 0 && std::min(m_z0, z1) > greatest + m_margin) {
+      m_side = 1;
+      return false;
+    }
+    const int u0 = m_block[0] << m_level, v0 = m_block[1] << m_level;
+    const int u1 = std::min((m_block[0] + 1) << m_level, m_table.cells_x()),
+              v1 = std::min((m_block[1] + 1) << m_level, m_table.cells_y());
+    const Piece piece{u0,
+                      v0,
+                      u1,
+                      v1,
+                      m_ray.fraction(0, u0, u1, m_t0),
+                      m_ray.fraction(1, v0, v1, m_t0),
+                      m_ray.fraction(0, u0, u1, t1),
+                      m_ray.fraction(1, v0, v1, t1),
+                      t1,
+                      z1};
+    return is_cubic ? meets(piece, CubicPatch(m_table, u0, v0)) : meets(piece, patch);
+  }
+
+  bool meets(const Piece& piece, const Patch<double>& patch) {
     // The middle coefficient is the patch's symmetric bilinear form of both ends.
-    const double middle = 0.5 * (patch.at(s0, r1) + patch.at(s1, r0));
+    const double middle = 0.5 * (patch.at(piece.s0, piece.r1) + patch.at(piece.s1, piece.r0));
+    const double ends[2] = {m_z0 - patch.at(piece.s0, piece.r0), piece.z1 - patch.at(piece.s1, piece.r1)};
+    const bool has_gap = comes_through_gap(ends[0], ends[1]);
     const SignChanges roots =
-        sign_changes({z0 - patch.at(s0, r0), 0.5 * (z0 + z1) - middle, z1 - patch.at(s1, r1)});
-    for (int k = 0; k < roots.count; ++k) {
-      const double s = roots.s[size_t(k)], t = std::clamp(lerp(t0, t1, s), t0, t1);
+        sign_changes(std::array<double, 3>{ends[0], 0.5 * (m_z0 + piece.z1) - middle, ends[1]});
+    return takes_first(piece, has_gap, roots, [&](double s, double r, HeightHit& hit) {
+      hit.z = patch.at(s, r);
+      hit.du = lerp(patch.z10 - patch.z00, patch.z11 - patch.z01, r) / (piece.u1 - piece.u0);
+      hit.dv = lerp(patch.z01 - patch.z00, patch.z11 - patch.z10, s) / (piece.v1 - piece.v0);
+    });
+  }
+
+  bool meets(const Piece& piece, const CubicPatch& patch) {
+    const CubicPatch::Control control = patch.control();
+    double greatest = control[0][0];
+    for (const auto& row : control) greatest = std::max({greatest, row[0], row[1], row[2], row[3]});
+    if (m_side >= 0 && std::min(m_z0, piece.z1) > greatest + m_margin) {
+      m_side = 1;
+      return false;
+    }
+    std::array<double, 7> g = along_line(control, piece.s0, piece.r0, piece.s1, piece.r1);
+    for (size_t k = 1; k < 6; ++k) g[k] = lerp(m_z0, piece.z1, double(k) / 6.0) - g[k];
+    g[0] = m_z0 - patch.at(piece.s0, piece.r0);
+    g[6] = piece.z1 - patch.at(piece.s1, piece.r1);
+    const bool has_gap = comes_through_gap(g[0], g[6]);
+    return takes_first(piece, has_gap, sign_changes(g), [&](double s, double r, HeightHit& hit) {
+      hit.z = patch.at(s, r);
+      const auto slope = patch.slope(s, r);
+      hit.du = slope[0], hit.dv = slope[1];
+    });
+  }
+
+  /// True where the ray was on the other side of the patch before: two patches that do not meet, seen
+  /// coarsely.
+  bool comes_through_gap(double start, double end) {
+    const bool has_gap = m_is_coarse && m_side != 0 && (start > 0.0) != (m_side > 0);
+    m_side = end > 0.0 ? 1 : -1;
+    return has_gap;
+  }
+
+  template <class FillIn>
+  bool takes_first(const Piece& piece, bool has_gap, const SignChanges& roots, FillIn&& fill_in) {
+    for (int k = has_gap ? -1 : 0; k < roots.count; ++k) {
+      const double at = k < 0 ? 0.0 : roots.s[size_t(k)],
+                   t = std::clamp(lerp(m_t0, piece.t1, at), m_t0, piece.t1);
       if (!(t > m_segment.t0 && t < m_segment.t1)) continue;
-      const double a = lerp(s0, s1, s), b = lerp(r0, r1, s);
-      m_hit = HeightHit{t,
-                        i + a,
-                        j + b,
-                        patch.at(a, b),
-                        lerp(patch.z10 - patch.z00, patch.z11 - patch.z01, b),
-                        lerp(patch.z01 - patch.z00, patch.z11 - patch.z10, a)};
+      const double s = lerp(piece.s0, piece.s1, at), r = lerp(piece.r0, piece.r1, at);
+      m_hit.emplace();
+      m_hit->t = t;
+      m_hit->u = piece.u0 + s * (piece.u1 - piece.u0), m_hit->v = piece.v0 + r * (piece.v1 - piece.v0);
+      if (m_is_coarse) m_hit->deviation = m_sight.coarseness + t * m_sight.coarsening;
+      fill_in(s, r, *m_hit);
       return true;
     }
     return false;
@@ -164,13 +245,15 @@ class Walk {
 
   const HeightTable& m_table;
   const HeightPyramid& m_pyramid;
+  bool m_is_cubic, m_is_coarse;
   GridRay m_ray;
   Segment m_segment;
-  double m_clear;
+  HeightSight m_sight;
   double m_margin = 0.0;
   int m_level = 0, m_block[2] = {0, 0};  ///< where the ray is
   double m_t0 = 0.0, m_z0 = 0.0;         ///< where it comes into the block
   double m_end = 0.0;                    ///< where it leaves the map, or its last possible height
+  int m_side = 0;                        ///< of the last patch at its end: 1 above, -1 below, 0 unknown
   std::optional<HeightHit> m_hit;
 };
 
@@ -178,7 +261,10 @@ class Walk {
 
 double HeightField::height(double u, double v) const {
   const MapCell<double> i = map_cell(u, m_table.cells_x()), j = map_cell(v, m_table.cells_y());
-  return m_table.patch(i.cell, j.cell).at(i.fraction, j.fraction);
+  if (m_interpolation == HeightInterpolation::bilinear)
+    return m_table.patch(i.cell, j.cell).at(i.fraction, j.fraction);
+  const CubicPatch patch(m_table, i.cell, j.cell);
+  return patch.has_data() ? patch.at(i.fraction, j.fraction) : std::numeric_limits<double>::quiet_NaN();
 }
 
 double HeightField::clear_distance(const Beam& beam) const {
@@ -188,15 +274,19 @@ double HeightField::clear_distance(const Beam& beam) const {
   const Box3d bounds(Vec3d(0.0, 0.0, all.least), Vec3d(m_table.cells_x(), m_table.cells_y(), all.greatest));
   const Segment inside = beam.inside(bounds);
   if (inside.empty()) return kNever;
+  // Patches seen from afar lie within the bounds of the largest block that may be one.
+  const int least_level = m_is_coarsened ? kCoarsestPatch : 1;
   // Stretches twice as long where the last was clear, half as long where one was not, until the beam is wider
   // than a stretch is long: then some ray may meet something.
   const double speed = std::max({std::abs(beam.d.min.x), std::abs(beam.d.max.x), std::abs(beam.d.min.y),
                                  std::abs(beam.d.max.y), 1e-300});
+  const double highest = std::max(std::abs(double(all.least)), std::abs(double(all.greatest)));
+  const double margin = kRounding * (std::max(std::abs(beam.o.min.z), std::abs(beam.o.max.z)) + highest);
   double t = inside.t0, step = 0.25 * (std::min(inside.t1, 1e300) - t);
   while (t < inside.t1) {
     const Box3d box = beam.box(t, t + step);
-    const HeightRange ground = m_pyramid.between(box.min.x, box.min.y, box.max.x, box.max.y);
-    if (ground.empty() || box.min.z > ground.greatest) {
+    const HeightRange ground = m_pyramid.between(box.min.x, box.min.y, box.max.x, box.max.y, least_level);
+    if (ground.empty() || box.min.z > ground.greatest + margin) {
       t += step, step *= 2.0;
       continue;
     }
@@ -208,8 +298,10 @@ double HeightField::clear_distance(const Beam& beam) const {
 }
 
 std::optional<HeightHit> HeightField::intersect(const Ray& ray, Segment segment, double lowest,
-                                                double clear) const {
-  return Walk(m_table, m_pyramid, ray, segment, clear).first_hit(lowest);
+                                                const HeightSight& sight) const {
+  const Ground ground{m_table, m_pyramid, m_interpolation == HeightInterpolation::bicubic};
+  const bool is_coarse = m_is_coarsened && (sight.coarseness > 0.0 || sight.coarsening > 0.0);
+  return Walk(ground, ray, segment, sight, is_coarse).first_hit(lowest);
 }
 
 }  // namespace pileus

@@ -15,20 +15,37 @@ struct HeightHit {
   double u = 0.0, v = 0.0;    ///< column and row, with fractions
   double z = 0.0;             ///< height
   double du = 0.0, dv = 0.0;  ///< slope of the surface there [height per cell]
+  double deviation = 0.0;     ///< of the patch that was met from the surface, at most [heights]
 };
 
-/// The surface of bilinear patches over a table of heights, a sheet without thickness that is seen from both
-/// sides. Space is that of the grid: u in columns, v in rows, z in heights.
+/// What is known of a ray, and what of the surface it need not see.
+struct HeightSight {
+  double clear = 0.0;  ///< the ray meets nothing before this t; does not change the answer
+  /// At t, a block of cells counts as one patch where the surface deviates from that by at most
+  /// coarseness + t * coarsening [heights]. Only for a field that is made for it.
+  double coarseness = 0.0, coarsening = 0.0;
+};
+
+/// The surface over a table of heights, a sheet without thickness that is seen from both sides. Space is that
+/// of the grid: u in columns, v in rows, z in heights.
 ///
 /// A ray is met by bisection: a block of cells is left out where the ray passes wholly above its greatest
 /// or below its least height, else it is cut at its middle lines, down to single cells, where height along
-/// the ray is a quadratic. The parameters at which a ray passes from cell to cell follow from the integers of
-/// the grid lines, and both neighbours compute the same height difference there, bit for bit: as a hit is a
-/// change of its sign, no ray slips through between two cells. ref: METHODS 6, 13
+/// the ray is a quadratic, or of degree 6 between bicubic heights. The parameters at which a ray passes from
+/// cell to cell follow from the integers of the grid lines, and both neighbours compute the same height
+/// difference there, bit for bit: as a hit is a change of its sign, no ray slips through between two cells.
+/// Seen from afar, blocks larger than a cell count as cells; where two of them do not meet, the gap between
+/// them is a hit, so that nothing slips through there either. ref: METHODS 6, 13
 class HeightField {
  public:
   HeightField() = default;
-  explicit HeightField(HeightTable table) : m_table(std::move(table)), m_pyramid(m_table) {}
+  ///   is_coarsened: rays may ask for less detail
+  explicit HeightField(HeightTable table, HeightInterpolation interpolation = HeightInterpolation::bilinear,
+                       bool is_coarsened = false)
+      : m_table(std::move(table)),
+        m_pyramid(m_table, interpolation, is_coarsened),
+        m_interpolation(interpolation),
+        m_is_coarsened(is_coarsened) {}
 
   const HeightTable& table() const { return m_table; }
   HeightRange range() const { return m_pyramid.all(); }
@@ -38,9 +55,8 @@ class HeightField {
 
   /// The first hit with t in (segment.t0, segment.t1) and a height of at least `lowest`.
   ///   ray: in grid space; d of any length but 0
-  ///   clear: the ray is known to meet nothing before this t; it does not change the answer
   std::optional<HeightHit> intersect(const Ray& ray, Segment segment, double lowest,
-                                     double clear = 0.0) const;
+                                     const HeightSight& sight = {}) const;
 
   /// A t before which all rays of a beam are above the surface or beside the map; infinite where none meets
   /// it.
@@ -49,6 +65,8 @@ class HeightField {
  private:
   HeightTable m_table;
   HeightPyramid m_pyramid;
+  HeightInterpolation m_interpolation = HeightInterpolation::bilinear;
+  bool m_is_coarsened = false;
 };
 
 }  // namespace pileus

@@ -4,13 +4,15 @@
 #include <cmath>
 
 #include "lib/core/parallel.h"
+#include "lib/terrain/cubic_patch.h"
 
 namespace pileus {
 namespace {
 
-HeightRange cell_range(const HeightTable& table, int i, int j) {
+HeightRange cell_range(const HeightTable& table, HeightInterpolation interpolation, int i, int j) {
   HeightRange range;
   if (i >= table.cells_x() || j >= table.cells_y()) return range;
+  if (interpolation == HeightInterpolation::bicubic) return cubic_range(CubicPatch(table, i, j));
   const float* z = table.heights.data() + size_t(j) * size_t(table.columns) + size_t(i);
   const float corners[] = {z[0], z[1], z[table.columns], z[table.columns + 1]};
   for (const float corner : corners) {
@@ -20,14 +22,35 @@ HeightRange cell_range(const HeightTable& table, int i, int j) {
   return range;
 }
 
+/// How far the surface of a cell lies from the bilinear patch between its corners: as far as their control
+/// values, of which the one has the other's hull.
+float cell_deviation(const HeightTable& table, HeightInterpolation interpolation, int i, int j) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const Patch<double> flat = table.patch(i, j);
+  if (!flat.has_data()) return kInfinity;
+  if (interpolation == HeightInterpolation::bilinear) return 0.0F;
+  const CubicPatch::Control control = CubicPatch(table, i, j).control();
+  double most = 0.0;
+  for (size_t row = 0; row < 4; ++row) {
+    for (size_t column = 0; column < 4; ++column)
+      most =
+          std::max(most, std::abs(control[row][column] - flat.at(double(column) / 3.0, double(row) / 3.0)));
+  }
+  return std::nextafter(float(most * (1.0 + 1e-12)), kInfinity);
+}
+
 /// Ranges of rows of blocks of 2 x 2 cells. Keeps its memory from row to row.
 class FinestRows {
  public:
-  explicit FinestRows(const HeightTable& table)
-      : m_table(table), m_least(size_t(table.columns)), m_greatest(size_t(table.columns)) {}
+  FinestRows(const HeightTable& table, HeightInterpolation interpolation)
+      : m_table(table),
+        m_interpolation(interpolation),
+        m_least(size_t(table.columns)),
+        m_greatest(size_t(table.columns)) {}
 
   void fill(int j, HeightRange* blocks, int width) {
-    if (!fill_columns(j)) return fill_by_cells(j, blocks, width);
+    if (m_interpolation != HeightInterpolation::bilinear || !fill_columns(j))
+      return fill_by_cells(j, blocks, width);
     const int last = m_table.columns - 1;
     for (int i = 0; i < last / 2; ++i) {
       const size_t k = 2 * size_t(i);
@@ -67,11 +90,13 @@ class FinestRows {
   void fill_by_cells(int j, HeightRange* blocks, int width) const {
     for (int i = 0; i < width; ++i) {
       blocks[i] = {};
-      for (int k = 0; k < 4; ++k) blocks[i].extend(cell_range(m_table, 2 * i + (k & 1), 2 * j + (k >> 1)));
+      for (int k = 0; k < 4; ++k)
+        blocks[i].extend(cell_range(m_table, m_interpolation, 2 * i + (k & 1), 2 * j + (k >> 1)));
     }
   }
 
   const HeightTable& m_table;
+  HeightInterpolation m_interpolation;
   std::vector<float> m_least, m_greatest;
 };
 
@@ -92,11 +117,12 @@ int rows_of_band(int width) {
 
 }  // namespace
 
-HeightPyramid::HeightPyramid(const HeightTable& table) {
+HeightPyramid::HeightPyramid(const HeightTable& table, HeightInterpolation interpolation,
+                             bool with_deviations) {
   add_level((table.cells_x() + 1) / 2, (table.cells_y() + 1) / 2);
   const Level& finest = m_levels.front();
   for_bands(finest.height, rows_of_band(finest.width), [&](int first, int end) {
-    FinestRows rows(table);
+    FinestRows rows(table, interpolation);
     for (int j = first; j < end; ++j)
       rows.fill(j, finest.ranges.get() + size_t(j) * size_t(finest.width), finest.width);
   });
@@ -105,11 +131,58 @@ HeightPyramid::HeightPyramid(const HeightTable& table) {
     for_bands(height(top()), rows_of_band(width(top())),
               [&](int first, int end) { merge_rows(top(), first, end); });
   }
+  for (int level = 1; with_deviations && level <= top(); ++level) add_deviations(table, interpolation, level);
 }
 
-HeightRange HeightPyramid::between(double u0, double v0, double u1, double v1) const {
+void HeightPyramid::add_deviations(const HeightTable& table, HeightInterpolation interpolation, int level) {
+  Level& blocks = m_levels[size_t(level - 1)];
+  blocks.deviations = make_large_array<float>(size_t(blocks.width) * size_t(blocks.height));
+  for_bands(blocks.height, rows_of_band(blocks.width), [&](int first, int end) {
+    for (int j = first; j < end; ++j) {
+      for (int i = 0; i < blocks.width; ++i) {
+        blocks.deviations[size_t(j) * size_t(blocks.width) + size_t(i)] =
+            deviation_inside(table, interpolation, level, i, j);
+      }
+    }
+  });
+}
+
+/// By how much the patches of the block's quarters deviate from the surface, and the block's own from those:
+/// on each quarter both are bilinear, so that they differ most at a quarter's corner.
+float HeightPyramid::deviation_inside(const HeightTable& table, HeightInterpolation interpolation, int level,
+                                      int i, int j) const {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const int u[2] = {i << level, std::min((i + 1) << level, table.cells_x())};
+  const int v[2] = {j << level, std::min((j + 1) << level, table.cells_y())};
+  const int middle_u = std::min((2 * i + 1) << (level - 1), u[1]),
+            middle_v = std::min((2 * j + 1) << (level - 1), v[1]);
+  float inside = 0.0F;
+  for (int k = 0; k < 4; ++k) {
+    const int x = 2 * i + (k & 1), y = 2 * j + (k >> 1);
+    if ((x << (level - 1)) >= u[1] || (y << (level - 1)) >= v[1]) continue;
+    inside =
+        std::max(inside, level > 1 ? deviation(level - 1, x, y) : cell_deviation(table, interpolation, x, y));
+  }
+  if (std::isinf(inside)) return kInfinity;
+  const Patch<double> patch = table.patch(level, i, j);
+  const double s = double(middle_u - u[0]) / (u[1] - u[0]), r = double(middle_v - v[0]) / (v[1] - v[0]);
+  double own = 0.0;
+  const auto compare = [&](int column, int row, double at_s, double at_r) {
+    own = std::max(own, std::abs(double(table.at(column, row)) - patch.at(at_s, at_r)));
+  };
+  compare(middle_u, v[0], s, 0.0);
+  compare(middle_u, v[1], s, 1.0);
+  compare(u[0], middle_v, 0.0, r);
+  compare(u[1], middle_v, 1.0, r);
+  compare(middle_u, middle_v, s, r);
+  const auto sum = float(double(inside) + own);
+  return sum > 0.0F ? std::nextafter(sum * (1.0F + 4.0F * std::numeric_limits<float>::epsilon()), kInfinity)
+                    : 0.0F;
+}
+
+HeightRange HeightPyramid::between(double u0, double v0, double u1, double v1, int least_level) const {
   const double size = std::max({u1 - u0, v1 - v0, 1.0});
-  const int level = std::clamp(int(std::ilogb(size)), 1, top());
+  const int level = std::min(std::max(int(std::ilogb(size)), least_level), top());
   const double scale = std::ldexp(1.0, -level);
   const auto block = [&](double u, int count) { return int(std::clamp(u * scale, 0.0, double(count - 1))); };
   const int i1 = block(u1, width(level)), j1 = block(v1, height(level));
@@ -121,7 +194,7 @@ HeightRange HeightPyramid::between(double u0, double v0, double u1, double v1) c
 }
 
 void HeightPyramid::add_level(int width, int height) {
-  m_levels.push_back({width, height, make_large_array<HeightRange>(size_t(width) * size_t(height))});
+  m_levels.push_back({width, height, make_large_array<HeightRange>(size_t(width) * size_t(height)), nullptr});
 }
 
 void HeightPyramid::merge_rows(int level, int first, int end) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <limits>
@@ -45,6 +46,13 @@ struct Patch {
   bool has_data() const { return !std::isnan((z00 + z10) + (z01 + z11)); }
 };
 
+/// How heights go between nodes.
+enum class HeightInterpolation {
+  bilinear,
+  bicubic,  ///< Catmull-Rom: through the nodes, without kinks, over and under them by up to 9/32 of their
+            ///< range
+};
+
 /// Heights at the nodes of a map: row 0 is the north edge, columns go east. NaN: no data there.
 struct HeightTable {
   int columns = 0;  ///< nodes, >= 2
@@ -55,10 +63,20 @@ struct HeightTable {
   int cells_x() const { return columns - 1; }
   int cells_y() const { return rows - 1; }
 
+  float at(int column, int row) const { return heights[size_t(row) * size_t(columns) + size_t(column)]; }
+
   /// cell in [0, cells_x()) x [0, cells_y())
   Patch<double> patch(int i, int j) const {
     const float* z = heights.data() + size_t(j) * size_t(columns) + size_t(i);
     return {z[0], z[1], z[columns], z[columns + 1]};
+  }
+
+  /// The patch that a block of 2^level x 2^level cells is seen as from afar: between its corners. Blocks at
+  /// the far edges end where the map does.
+  Patch<double> patch(int level, int i, int j) const {
+    const int u0 = i << level, v0 = j << level;
+    const int u1 = std::min((i + 1) << level, cells_x()), v1 = std::min((j + 1) << level, cells_y());
+    return {at(u0, v0), at(u1, v0), at(u0, v1), at(u1, v1)};
   }
 };
 

@@ -1,10 +1,12 @@
-/// A terrain: a file of heights, shown as bilinear patches.
+/// A terrain: a file of heights, and the surface between them.
 ///
 ///   file         .tif (GeoTIFF), .hgt, .asc, .npy, .exr or .png; see docs/terrain.md
 ///   cell_size    [m]   distance of heights, where the file's own is not to be taken; 0: the file's
 ///   threshold    [m]   lower parts of the file are left out, before scaling; default none are
-///   scale, rotate_deg, translate   where it is put
-///   shader       what light does on the surface; default phong
+///   interpolation   "bilinear" patches, or "bicubic": smooth, through the same heights
+///   level_of_detail   [pixel]   by how much heights may be off where many of them fall on a pixel; 0: not at
+///   all scale, rotate_deg, translate   where it is put shader       what light does on the surface; default
+///   phong
 ///
 ///   [object.valley]
 ///   type = "terrain"
@@ -34,10 +36,13 @@ struct Terrain final : Shape {
   std::filesystem::path m_file;
   double m_cell_size = 0.0;
   double m_threshold = -std::numeric_limits<double>::max();
+  std::string m_interpolation = "bilinear";
+  double m_level_of_detail = 0.0;  ///< [pixel]
   Placement m_placement;
 
   HeightField m_field;
   Affine m_grid_from_world;
+  double m_metres_per_height = 1.0;
   Box3d m_bounds;
   double m_reach = 0.0;  ///< [m] from the world's origin to the farthest corner
 
@@ -45,6 +50,13 @@ struct Terrain final : Shape {
     params.file("file", m_file, "heights: .tif, .hgt, .asc, .npy, .exr or .png").required();
     params.number("cell_size", m_cell_size, "m", "distance of heights; 0: as the file says").at_least(0);
     params.number("threshold", m_threshold, "m", "what is lower in the file is left out");
+    params.text("interpolation", m_interpolation, "how the surface goes between heights")
+        .one_of({"bilinear", "bicubic"});
+    params
+        .number("level_of_detail", m_level_of_detail, "pixel",
+                "by how much heights may be off where many fall on a pixel; 0: not at all")
+        .at_least(0)
+        .at_most(4);
     m_placement.describe(params);
   }
 
@@ -58,7 +70,10 @@ struct Terrain final : Shape {
       return;
     }
     m_grid_from_world = world_from_grid.inverse();
-    m_field = HeightField(std::move(table));
+    m_metres_per_height = length(world_from_grid.direction({0.0, 0.0, 1.0}));
+    const auto interpolation =
+        m_interpolation == "bicubic" ? HeightInterpolation::bicubic : HeightInterpolation::bilinear;
+    m_field = HeightField(std::move(table), interpolation, m_level_of_detail > 0.0);
     measure(world_from_grid);
   }
 
@@ -78,12 +93,13 @@ struct Terrain final : Shape {
 
   std::optional<SurfaceHit> intersect_seen(const Ray& ray, Segment segment,
                                            const RaySight& seen) const override {
-    const auto hit = m_field.intersect(grid_ray(ray), segment, m_threshold, seen.clear);
+    const auto hit = m_field.intersect(grid_ray(ray), segment, m_threshold, height_sight(seen));
     if (!hit) return std::nullopt;
     const Vec3d up = normalize(world_normal({-hit->du, -hit->dv, 1.0}));
-    const double rounding = 4.0 * surface_error(length(ray.o) + hit->t + m_reach);
+    const double error =
+        4.0 * surface_error(length(ray.o) + hit->t + m_reach) + hit->deviation * m_metres_per_height;
     const bool is_inside = dot(up, ray.d) > 0.0;
-    return SurfaceHit{hit->t, is_inside ? -up : up, rounding, is_inside};
+    return SurfaceHit{hit->t, is_inside ? -up : up, error, is_inside};
   }
 
   Box3d bounds() const override { return m_bounds; }
@@ -91,6 +107,11 @@ struct Terrain final : Shape {
  private:
   Ray grid_ray(const Ray& ray) const {
     return {m_grid_from_world.point(ray.o), m_grid_from_world.direction(ray.d)};
+  }
+
+  HeightSight height_sight(const RaySight& seen) const {
+    const double heights_per_pixel = m_level_of_detail / m_metres_per_height;
+    return {seen.clear, heights_per_pixel * seen.width, heights_per_pixel * seen.widening};
   }
 
   /// (column, row, height) to (east, height, south), the middle of the map at the origin.
@@ -130,6 +151,6 @@ struct Terrain final : Shape {
 
 }  // namespace
 
-PILEUS_PLUGIN(Shape, terrain, Terrain, "heights of a file, as bilinear patches")
+PILEUS_PLUGIN(Shape, terrain, Terrain, "heights of a file, and the surface between them")
 
 }  // namespace pileus

@@ -95,6 +95,30 @@ TEST(TerrainObject, is_scaled_turned_and_moved) {
   EXPECT_TRUE(world.shapes[0]->bounds().intersects(Vec3d(98, 11, -10)));
 }
 
+TEST(TerrainObject, is_smooth_where_it_is_asked_for) {
+  const TerrainScene ridge("0 1 1 0\n0 1 1 0\n0 1 1 0\n");
+  EXPECT_NEAR(100 - fall(ridge.build(), 0, -1)->t, 1.0, 1e-12);
+  EXPECT_NEAR(100 - fall(ridge.build("interpolation = \"bicubic\"\n"), 0, -1)->t, 1.125, 1e-12);
+  EXPECT_NE(ridge.problem("interpolation = \"cubic\"\n").find("bilinear"), std::string::npos);
+}
+
+/// A bump of 0.375 m in a plain that a pixel of 1 m may ignore, where half a pixel is allowed.
+TEST(TerrainObject, leaves_out_what_is_a_small_part_of_a_pixel) {
+  const TerrainScene bump("0 0 0 0\n0 0.375 0 0\n0 0 0 0\n");
+  const Ray ray{{-5, 100, 0}, {0, -1, 0}};
+  const auto height = [&](const World& world, double width) {
+    const auto hit = nearest_surface(world, ray, {0, kInf}, {0.0, width, 0.0});
+    return hit ? 100.0 - hit->t : kInf;
+  };
+  const World exact = bump.build(), coarse = bump.build("level_of_detail = 0.5\n");
+  EXPECT_NEAR(height(exact, 1.0), 0.375, 1e-12) << "not asked for";
+  EXPECT_NEAR(height(coarse, 0.5), 0.375, 1e-12) << "a quarter of a metre is allowed";
+  EXPECT_NEAR(height(coarse, 1.0), 0.0, 1e-12);
+  const auto hit = nearest_surface(coarse, ray, {0, kInf}, {0.0, 1.0, 0.0});
+  EXPECT_GE(hit->error, 0.375) << "shadow rays start off the surface as it is";
+  EXPECT_NE(bump.problem("level_of_detail = -1\n").find("out of range"), std::string::npos);
+}
+
 TEST(TerrainObject, refuses_bad_files) {
   EXPECT_EQ(TerrainScene().problem(), "none");
   EXPECT_NE(TerrainScene("0 1 2\n").problem(), "none") << "too few heights";
