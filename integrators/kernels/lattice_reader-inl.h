@@ -13,6 +13,7 @@
 #include "hwy/highway.h"
 
 #include "integrators/kernels/sun_nodes.h"
+#include "lib/simd/trilinear-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pileus::HWY_NAMESPACE {
@@ -24,10 +25,11 @@ class LatticeReader {
   using DI = hn::RebindToSigned<D>;
   using V = hn::Vec<D>;
   using VI = hn::Vec<DI>;
+  static constexpr size_t kLanes = hn::MaxLanes(D());
 
  public:
   explicit LatticeReader(const SunLattice& lattice)
-      : m_nodes(lattice.nodes.get()),
+      : m_nodes(reinterpret_cast<const int16_t*>(lattice.nodes.get())),
         m_offsets(lattice.offsets.data()),
         m_stride_u(lattice.bricks.y * lattice.bricks.z),
         m_stride_v(lattice.bricks.z) {
@@ -48,7 +50,11 @@ class LatticeReader {
     const VI cell = hn::Add(hn::Add(hn::Mul(hn::And(cu, seven), hn::Set(di, SunLattice::kStrideU)),
                                     hn::Mul(hn::And(cw, seven), hn::Set(di, SunLattice::kStrideW))),
                             hn::And(cv, seven));
-    const VI at = hn::Add(hn::GatherIndex(di, m_offsets, brick), cell);
+    alignas(64) int32_t bricks[kLanes], cells[kLanes];
+    hn::Store(brick, di, bricks);
+    hn::Store(cell, di, cells);
+    const int16_t* at[kLanes];
+    for (size_t i = 0; i < kLanes; ++i) at[i] = m_nodes + (ptrdiff_t(m_offsets[bricks[i]]) + cells[i]);
     const V fu = hn::Sub(u, hn::ConvertTo(d, cu)), fv = hn::Sub(v, hn::ConvertTo(d, cv)),
             fw = hn::Sub(w, hn::ConvertTo(d, cw));
     constexpr int kU = SunLattice::kStrideU, kW = SunLattice::kStrideW;
@@ -65,12 +71,11 @@ class LatticeReader {
 
   static HWY_INLINE V lerp(V a, V b, V s) { return hn::MulAdd(s, hn::Sub(b, a), a); }
 
-  /// Between a node and its neighbour along v: one gather brings both.
-  HWY_INLINE V edge(VI at, int distance, V fv) const {
+  /// Between a node and its neighbour along v: one word holds both.
+  static HWY_INLINE V edge(const int16_t* const* at, ptrdiff_t distance, V fv) {
     const D d;
     const DI di;
-    const auto* base = reinterpret_cast<const int32_t*>(m_nodes + distance);
-    const VI both = hn::GatherOffset(di, base, hn::ShiftLeft<1>(at));
+    const VI both = load_words(di, at, distance);
     const hn::RebindToUnsigned<D> du;
     const VI bias = hn::Set(di, SunLattice::kExponentBias);
     constexpr int kShift = SunLattice::kMantissaShift;
@@ -80,7 +85,7 @@ class LatticeReader {
     return lerp(hn::BitCast(d, hn::Add(lower, bias)), hn::BitCast(d, hn::Add(upper, bias)), fv);
   }
 
-  const uint16_t* m_nodes;
+  const int16_t* m_nodes;  ///< bits, whatever their sign
   const int32_t* m_offsets;
   int m_stride_u, m_stride_v;  ///< of the table
   float m_last[3];
