@@ -10,8 +10,9 @@
 /// Seen from afar, a grid may on demand be read at a coarser level: half the resolution, or a quarter, as far
 /// as a pixel is wide and as pilot rays, marched with and without, say that it does not matter.
 ///
-/// The tolerance is shared out: half for the sun's cache, four tenths for the steps, a tenth for ending rays
-/// early; where levels come into question they get 0.15 of it, from the cache and the steps. A ray that
+/// The tolerance is shared out: half for the sun's cache, four tenths for the steps and what the cache does
+/// not need, a tenth for ending rays early; where levels come into question they get 0.15 of it, from the
+/// cache and the steps. A ray that
 /// misses the tolerance all the same, by its own estimate, goes to `exact`. Depths (aov Z) are as good as the
 /// voxels that were read. Media lit by suns are marched, with solids and their shadows among them; those of
 /// analytic media (fog, haze) are known in closed form, and marched in as far as grids and solids shade them.
@@ -239,7 +240,14 @@ class MarchTracer final : public Tracer {
     const SunlightChoice choice = pileus::choose_sunlight(m_world, picture, m_shares.cache * m_tolerance,
                                                           options.sun_cache ? kMostBytes : 0.0, m_march);
     m_cache_error = choice.brightest > 0.0 ? choice.error / choice.brightest : 0.0;
+    give_rest_to_steps(choice.error / m_tolerance);
     m_choices.push_back("sunlight: " + choice.reason);
+  }
+
+  /// What sunlight does not use of its share is for the steps; a little more than its share it may take.
+  void give_rest_to_steps(double used) {
+    constexpr double kMostOfSteps = 0.2;
+    m_shares.step += std::max(m_shares.cache - used, -kMostOfSteps * m_shares.step);
   }
 
   void prepare_shadows() {

@@ -21,6 +21,7 @@ namespace {
 constexpr size_t kFirstPilots = 336;  ///< pilot rays all over the picture, at first
 constexpr size_t kEnoughPilots = 64;  ///< that meet a medium
 constexpr double kPilotStep = 0.5;    ///< of the columns that count as true [cells]
+constexpr double kFinePilotStep = 0.125;
 
 /// A place where light is scattered towards the camera.
 struct PilotPoint {
@@ -142,14 +143,25 @@ Pilots trace_pilots(const World& world, const Vec2i& picture, const MarchWorld& 
   return pilots;
 }
 
-/// Steps of half a cell tell depths as well as lattices of about a cell ask for; finer ones ask for more.
-void take_exact_depths(const MarchWorld& march, Pilots& pilots) {
+/// Depths that count as true, anew.
+///   depth_at(light, p)
+template <class DepthAt>
+void take_depths(Pilots& pilots, DepthAt&& depth_at) {
   parallel_for(pilots.size(), [&](size_t i) {
-    FieldCounters counters;
     for (PilotPoint& point : pilots[i].points) {
-      for (size_t l = 0; l < point.depths.size(); ++l)
-        point.depths[l] = march.exact_depth(l, point.p, counters);
+      for (size_t l = 0; l < point.depths.size(); ++l) point.depths[l] = depth_at(l, point.p);
     }
+  });
+}
+
+void take_fine_depths(const MarchWorld& march, Pilots& pilots) {
+  take_depths(pilots, [&](size_t l, const Vec3d& p) { return stepped_depth(march, l, p, kFinePilotStep); });
+}
+
+void take_exact_depths(const MarchWorld& march, Pilots& pilots) {
+  take_depths(pilots, [&](size_t l, const Vec3d& p) {
+    FieldCounters counters;
+    return march.exact_depth(l, p, counters);
   });
 }
 
@@ -279,7 +291,7 @@ class ErrorLaw {
 
  private:
   double power_at(double spacing, double error) const {
-    constexpr double kUsual = 2.0, kLeast = 1.7, kMost = 2.5;  // little where there are details of all sizes
+    constexpr double kUsual = 1.7, kLeast = 1.7, kMost = 2.5;  // little where there are details of all sizes
     if (!(m_spacing > 0.0)) return kUsual;
     return std::clamp(std::log(error / m_error) / std::log(spacing / m_spacing), kLeast, kMost);
   }
@@ -293,8 +305,9 @@ class ErrorLaw {
 bool try_lattices(const std::function<Pilots(int points)>& trace, double tolerance, double most_bytes,
                   MarchWorld& march, SunlightChoice& choice) {
   constexpr double kFirst = 4.0, kFinest = 0.1;  // spacings across [cells]
-  constexpr double kFine = 2.5;                  // spacing from which on many points tell more
-  constexpr double kFiner = 0.8;                 // and from which on their depths have to be exact
+  constexpr double kFine = 2.5;                  // spacing from which on many points tell more,
+  constexpr double kFiner = 0.8;     // from which on steps of half a cell are too long to judge by,
+  constexpr double kVeryFine = 0.4;  // and from which on any are
   constexpr int kRounds = 5;
   // A further lattice costs more than one that is a little too fine. A long way
   // is gone in two steps: the first costs little and tells where the second has
@@ -302,10 +315,12 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
   constexpr double kCautious = 0.92, kConfident = 0.98, kLongWay = 0.4;
   // Measured errors scatter by a fifth, by where lines happen to lie: a little finer might be no better.
   constexpr double kFinerAtLeast = 0.88;
+  // To shorten all steps a little costs less than another lattice.
+  constexpr double kGoodEnough = 1.1;
   constexpr double kEnoughShare = 0.02;
-  const double allowed = (1.0 - kEnoughShare) * tolerance;
+  const double allowed = (1.0 - kEnoughShare) * tolerance, enough = kGoodEnough * allowed;
   Pilots pilots = trace(kFewPoints);
-  bool has_many = false, has_exact = false;
+  bool has_many = false, has_fine = false, has_exact = false;
   LatticeTrial trial;
   trial.options.most_bytes = most_bytes;
   trial.options.is_everywhere = march.kernel.media() > 1;
@@ -320,18 +335,27 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
     trial.options.spacing = spaced(choice.spacing);
     if (bytes_of(march, trial.options) > 2.0 * most_bytes || !build_lattices(march, trial)) return false;
     double error = measure();
-    if (error > allowed && !has_many && law.spacing_for(choice.spacing, error, allowed) < kFine) {
+    // Whether the lattice fails, and the next one is to have less than this spacing.
+    const auto asks_for = [&](double spacing) {
+      return error > enough && law.spacing_for(choice.spacing, error, allowed) < spacing;
+    };
+    if (!has_many && asks_for(kFine)) {
       pilots = trace(kManyPoints);
       has_many = true;
       error = measure();
     }
-    if (error > allowed && !has_exact && law.spacing_for(choice.spacing, error, allowed) < kFiner) {
+    if (!has_fine && asks_for(kFiner)) {
+      take_fine_depths(march, pilots);
+      has_fine = true;
+      error = measure();
+    }
+    if (!has_exact && asks_for(kVeryFine)) {
       take_exact_depths(march, pilots);
       has_exact = true;
       error = measure();
     }
     choice.error = error + kEnoughShare * tolerance;
-    if (error <= allowed) {
+    if (error <= enough) {
       choice.reason = fmt::format(
           "optical depth on lattices of {:.2g} by {:.2g} voxels, {:.1f} MB: estimated error {:.2g}",
           trial.options.spacing.across, trial.options.spacing.along, 1e-6 * trial.bytes, choice.error);

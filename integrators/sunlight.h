@@ -17,8 +17,8 @@ struct SunlightChoice {
 };
 
 /// Fills march.kernel.lattices, or sets its shadow_step, so that the effect on a pixel is estimated to stay
-/// below `tolerance`. Lattices cost a hundredth of shadow rays, so they are taken wherever `most_bytes`
-/// suffice for them.
+/// below `tolerance`, or a tenth more: `error` tells. Lattices cost a hundredth of shadow rays, so they are
+/// taken wherever `most_bytes` suffice for them.
 ///
 /// The error is measured, not guessed: along a few camera rays, at the points where most light comes from,
 /// optical depths are compared with columns in steps that are short beside a voxel, shadow rays with exact

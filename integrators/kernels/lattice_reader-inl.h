@@ -14,6 +14,7 @@
 
 #include "integrators/kernels/sun_nodes.h"
 #include "lib/simd/trilinear-inl.h"
+#include "lib/simd/truncate-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pileus::HWY_NAMESPACE {
@@ -42,7 +43,7 @@ class LatticeReader {
     const D d;
     const DI di;
     u = clamp(u, 0), v = clamp(v, 1), w = clamp(w, 2);
-    const VI cu = hn::ConvertTo(di, u), cv = hn::ConvertTo(di, v), cw = hn::ConvertTo(di, w);
+    const VI cu = truncate_small(u), cv = truncate_small(v), cw = truncate_small(w);
     const VI brick = hn::Add(hn::Add(hn::Mul(hn::ShiftRight<3>(cu), hn::Set(di, m_stride_u)),
                                      hn::Mul(hn::ShiftRight<3>(cv), hn::Set(di, m_stride_v))),
                              hn::ShiftRight<3>(cw));

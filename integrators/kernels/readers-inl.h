@@ -14,6 +14,7 @@
 
 #include "integrators/kernels/march_kernel.h"
 #include "lib/simd/trilinear-inl.h"
+#include "lib/simd/truncate-inl.h"
 #include "lib/volume/quantized_bricks.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -81,8 +82,7 @@ class GridReader {
   struct Place {
     HWY_INLINE Place(V x, V y, V z) {
       const D d;
-      const DI di;
-      ix = hn::ConvertTo(di, x), iy = hn::ConvertTo(di, y), iz = hn::ConvertTo(di, z);
+      ix = truncate_small(x), iy = truncate_small(y), iz = truncate_small(z);
       fx = hn::Sub(x, hn::ConvertTo(d, ix));
       fy = hn::Sub(y, hn::ConvertTo(d, iy));
       fz = hn::Sub(z, hn::ConvertTo(d, iz));

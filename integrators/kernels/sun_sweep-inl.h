@@ -258,7 +258,6 @@ class SunSweeper {
   /// Adds m_row, of `count` cells, at `first` + lane * `across`; 0 beyond it.
   void resample(float first, float across, int count) {
     const D d;
-    const DI di;
     // Beyond the ends lie zeros: what is outside reads there.
     m_row[0] = 0.0f;
     m_row[size_t(count) + 2] = 0.0f;
@@ -272,7 +271,7 @@ class SunSweeper {
       const V at =
           hn::MulAdd(hn::Add(lane, hn::Set(d, float(column))), hn::Set(d, across), hn::Set(d, first + 1.0f));
       const V inside = hn::Min(hn::Max(at, zero), most);
-      const VI cell = hn::ConvertTo(di, inside);
+      const VI cell = truncate_small(inside);
       V lower, upper;
       load_pairs(d, m_row.data(), cell, lower, upper);
       const V rho = hn::MulAdd(hn::Sub(inside, hn::ConvertTo(d, cell)), hn::Sub(upper, lower), lower);

@@ -8,6 +8,8 @@
 
 #include "hwy/highway.h"
 
+#include "lib/simd/truncate-inl.h"
+
 HWY_BEFORE_NAMESPACE();
 namespace pileus::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
@@ -36,7 +38,7 @@ HWY_INLINE ReducedExponential<V> reduced_exponential(D d, V tau) {
   p = hn::MulAdd(p, f, hn::Set(d, 1.0f / 6.0f));
   p = hn::MulAdd(p, f, hn::Set(d, 0.5f));
   p = hn::MulAdd(hn::Mul(p, f), f, f);
-  const auto exponent = hn::Add(hn::ConvertTo(di, n), hn::Set(di, 127));
+  const auto exponent = hn::Add(truncate_small(n), hn::Set(di, 127));
   return {hn::BitCast(d, hn::ShiftLeft<23>(exponent)), p};
 }
 
