@@ -80,11 +80,9 @@ constexpr double kEstimateSafety = 2.0;
 /// Steps at first try: so that few rays need another.
 constexpr double kFirstQuality = 20.0;
 
-/// What the tables of fog may err by, in front of opaque media.
-constexpr double kFogShare = 0.02;
-
-/// A bound need not be narrower than this share of the tolerance.
-constexpr double kBoundShare = 0.05;
+constexpr double kFogShare = 0.02;    ///< what tables of fog may err by, in front of opaque media
+constexpr double kHazeShare = 0.02;   ///< what hazes' optical depths towards suns may err by
+constexpr double kBoundShare = 0.05;  ///< a bound need not be narrower
 
 bool wants_bound(const EffectPlan& plan) {
   return plan.aovs.count("error_bound") > 0;
@@ -118,9 +116,6 @@ std::unique_ptr<const Tracer> prepare_exact(const World& world, const EffectPlan
   const auto exact = plugin_registry().find(Integrator::kKind, "exact")->make();
   return std::dynamic_pointer_cast<Integrator>(exact)->prepare(world, plan, accuracy);
 }
-
-/// What hazes' optical depths towards suns may err by, of the tolerance.
-constexpr double kHazeShare = 0.02;
 
 HazeRays haze_rays(const World& world, const MarchWorld& march, double tolerance) {
   Box3d bounds;
@@ -244,10 +239,12 @@ class MarchTracer final : public Tracer {
     m_choices.push_back("sunlight: " + choice.reason);
   }
 
-  /// What sunlight does not use of its share is for the steps; a little more than its share it may take.
+  /// What sunlight leaves of its share lengthens the steps, a little more than its share shortens them. The
+  /// errors of hazes are told less well: they keep it in reserve.
   void give_rest_to_steps(double used) {
     constexpr double kMostOfSteps = 0.2;
-    m_shares.step += std::max(m_shares.cache - used, -kMostOfSteps * m_shares.step);
+    const double rest = m_hazes.any() ? std::min(m_shares.cache - used, 0.0) : m_shares.cache - used;
+    m_shares.step += std::max(rest, -kMostOfSteps * m_shares.step);
   }
 
   void prepare_shadows() {
