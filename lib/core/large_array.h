@@ -5,6 +5,7 @@
 #include <memory>
 #include <new>
 #include <type_traits>
+#include <utility>
 
 #include <sys/mman.h>
 
@@ -31,5 +32,25 @@ LargeArray<T> make_large_array(size_t count) {
   if (alignment == kHugePage) madvise(memory, bytes, MADV_HUGEPAGE);  // a wish; nothing depends on it
   return LargeArray<T>(static_cast<T*>(memory));
 }
+
+/// Gives a std::vector such memory, and leaves elements that are not given a value as they are.
+template <class T>
+struct LargeAllocator {
+  using value_type = T;
+  LargeAllocator() = default;
+  template <class U>
+  explicit LargeAllocator(const LargeAllocator<U>&) {}
+  T* allocate(size_t count) { return make_large_array<T>(count).release(); }
+  void deallocate(T* memory, size_t) { std::free(memory); }
+  template <class U>
+  void construct(U* element) {
+    ::new (static_cast<void*>(element)) U;
+  }
+  template <class U, class... Args>
+  void construct(U* element, Args&&... args) {
+    ::new (static_cast<void*>(element)) U(std::forward<Args>(args)...);
+  }
+  bool operator==(const LargeAllocator&) const { return true; }
+};
 
 }  // namespace pileus

@@ -69,9 +69,13 @@ void set_degrees(HeightTable& table, double cell_x_deg, double cell_y_deg, doubl
 }
 
 HeightTable from_plane(const fs::path& file) {
-  NumberPlane plane = read_number_plane(file);
+  const NumberPlane plane = read_number_plane(file);
   check_table_size(file, plane.width, plane.height);
-  return {plane.width, plane.height, std::move(plane.values)};
+  HeightTable table{plane.width, plane.height, HeightValues(plane.values.size())};
+  for_stretches(plane.values.size(), [&](size_t first, size_t end) {
+    std::copy(plane.values.data() + first, plane.values.data() + end, table.heights.data() + first);
+  });
+  return table;
 }
 
 HeightTable read_geotiff(const fs::path& file) {
@@ -104,7 +108,7 @@ HeightTable read_hgt(const fs::path& file) {
                        bytes.size()));
   }
   check_table_size(file, int64_t(side), int64_t(side));
-  HeightTable table{int(side), int(side), std::vector<float>(side * side)};
+  HeightTable table{int(side), int(side), HeightValues(side * side)};
   for (size_t k = 0; k < table.heights.size(); ++k) {
     const auto high = static_cast<unsigned char>(bytes[2 * k]),
                low = static_cast<unsigned char>(bytes[2 * k + 1]);
@@ -196,7 +200,7 @@ HeightTable read_ascii(const fs::path& file) {
   if (count > text.size() / 2 + 1) {
     refuse(file, fmt::format("claims {} x {} heights in {} bytes", columns, rows, text.size()));
   }
-  HeightTable table{int(columns), int(rows), std::vector<float>(count)};
+  HeightTable table{int(columns), int(rows), HeightValues(count)};
   for (float& z : table.heights) z = float(words.number());
   if (!words.at_end()) words.fail("more numbers than ncols x nrows");
   mark_no_data(table, header.contains("nodata_value") ? header["nodata_value"] : -9999.0);
@@ -284,7 +288,7 @@ HeightTable read_npy(const fs::path& file) {
            fmt::format("has {} bytes of numbers; expected {}", bytes.size() - start - length, count * size));
   }
   const bool is_big = match[1].str() == ">", is_fortran = match[4].str() == "True";
-  HeightTable table{int(columns), int(rows), std::vector<float>(count)};
+  HeightTable table{int(columns), int(rows), HeightValues(count)};
   if (!is_big && !is_fortran && std::endian::native == std::endian::little) {
     const NumberCopy copy = number_copy(kind, size);
     for_stretches(count, [&](size_t first, size_t end) {

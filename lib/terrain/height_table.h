@@ -7,6 +7,7 @@
 #include <string>
 #include <vector>
 
+#include "lib/core/large_array.h"
 #include "lib/math/lerp.h"
 
 namespace pileus {
@@ -53,11 +54,13 @@ enum class HeightInterpolation {
             ///< range
 };
 
+using HeightValues = std::vector<float, LargeAllocator<float>>;
+
 /// Heights at the nodes of a map: row 0 is the north edge, columns go east. NaN: no data there.
 struct HeightTable {
   int columns = 0;  ///< nodes, >= 2
   int rows = 0;
-  std::vector<float> heights;         ///< heights[row * columns + column] [m], or in units of the file
+  HeightValues heights;               ///< heights[row * columns + column] [m], or in units of the file
   double cell_x = 1.0, cell_y = 1.0;  ///< distance of nodes along a row and along a column [m]
 
   int cells_x() const { return columns - 1; }

@@ -50,8 +50,8 @@ TEST_F(ElevationFile, numpy_arrays_are_read_in_both_orders) {
     head += {1, 0, char(header.size()), 0};
     return head + header + std::string("\1\0\2\0\3\0\4\0\5\0\xff\xff", 12);
   };
-  EXPECT_EQ(read_elevation(write("c.npy", npy("False"))).heights, (std::vector<float>{1, 2, 3, 4, 5, -1}));
-  EXPECT_EQ(read_elevation(write("f.npy", npy("True"))).heights, (std::vector<float>{1, 3, 5, 2, 4, -1}));
+  EXPECT_EQ(read_elevation(write("c.npy", npy("False"))).heights, (HeightValues{1, 2, 3, 4, 5, -1}));
+  EXPECT_EQ(read_elevation(write("f.npy", npy("True"))).heights, (HeightValues{1, 3, 5, 2, 4, -1}));
   const std::string whole = npy("False");
   for (size_t n = 0; n < whole.size(); ++n) {
     EXPECT_THROW(read_elevation(write("cut.npy", whole.substr(0, n))), Error) << n;
