@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <vector>
 
@@ -11,6 +12,10 @@ struct NumberPlane {
   int height = 0;
   std::vector<float> values;
 };
+
+/// Refuses a plane that a file claims to have and that cannot be held: ask before allocating. errors:
+/// Error(file)
+void check_plane_size(const std::filesystem::path& file, int64_t width, int64_t height, uint64_t channels);
 
 /// Reads the one channel of a picture, or the grey one beside its alpha: whole numbers are not scaled, and no
 /// curve is undone. errors: Error(file) where the file is missing, damaged, no picture, has colours or is

@@ -55,6 +55,7 @@ const std::vector<Library> kLibraries = {
     {"NanoVDB", std::regex("nanovdb/.*"), {"vdb_io", "tests"}},
     {"OpenEXR", std::regex("(OpenEXR/.*)|((Imf|Iex|IlmThread).*)"), {"lib/image", "tests"}},
     {"OpenImageIO", std::regex("OpenImageIO/.*"), {"lib/image/pictures"}},
+    {"libpng", std::regex("png\\.h"), {"lib/image"}},
     {"toml++", std::regex("toml\\+\\+/.*"), {"lib/scene", "tests"}},
     {"TBB", std::regex("(oneapi/)?tbb/.*"), {"lib/core"}},
     {"assimp", std::regex("assimp/.*"), {"lib/geom/meshes"}},

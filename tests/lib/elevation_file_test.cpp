@@ -58,6 +58,33 @@ TEST_F(ElevationFile, numpy_arrays_are_read_in_both_orders) {
   }
 }
 
+/// Bytes that are given as hexadecimal digits.
+std::string from_hex(const std::string& digits) {
+  std::string bytes;
+  for (size_t k = 0; k + 1 < digits.size(); k += 2)
+    bytes += char(std::stoi(digits.substr(k, 2), nullptr, 16));
+  return bytes;
+}
+
+TEST_F(ElevationFile, grey_png_files_keep_their_numbers) {
+  const std::string wide = from_hex(
+      "89504e470d0a1a0a0000000d4948445200000003000000021000000000e88fe585000000164944415478da6360"
+      "606060646460f8ffbf8181811d000d1d02885ef4c1ba0000000049454e44ae426082");
+  const std::string narrow = from_hex(
+      "89504e470d0a1a0a0000000d4948445200000003000000020800000000b81f39c6000000104944415478da6360"
+      "606462f8dfc00e00041c018a687b2f0d0000000049454e44ae426082");
+  EXPECT_EQ(read_elevation(write("w.png", wide)).heights, (HeightValues{0, 1, 256, 65535, 32768, 7}));
+  EXPECT_EQ(read_elevation(write("n.png", narrow)).heights, (HeightValues{0, 1, 2, 255, 128, 7}));
+  for (size_t n = 0; n < wide.size(); n += 3) {
+    EXPECT_THROW(read_elevation(write("cut.png", wide.substr(0, n))), Error) << n;
+  }
+  for (size_t n = 8; n < wide.size() - 12; ++n) {
+    std::string bent = wide;
+    bent[n] = char(bent[n] ^ 0x10);
+    EXPECT_THROW(read_elevation(write("bent.png", bent)), Error) << n << ": every byte counts in a check sum";
+  }
+}
+
 TEST_F(ElevationFile, refuses_what_is_no_table_of_heights) {
   EXPECT_THROW(read_elevation(m_folder.path() / "missing.asc"), Error);
   EXPECT_THROW(read_elevation(write("a.xyz", "1 2 3")), Error);
