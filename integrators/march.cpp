@@ -77,12 +77,10 @@ constexpr double kStorageShare = 0.05;
 /// much.
 constexpr double kEstimateSafety = 2.0;
 
-/// Steps at first try: so that few rays need another.
-constexpr double kFirstQuality = 20.0;
-
-constexpr double kFogShare = 0.02;    ///< what tables of fog may err by, in front of opaque media
-constexpr double kHazeShare = 0.02;   ///< what hazes' optical depths towards suns may err by
-constexpr double kBoundShare = 0.05;  ///< a bound need not be narrower
+constexpr double kFirstQuality = 20.0;  ///< of steps at first try: so that few rays need another
+constexpr double kFogShare = 0.02;      ///< what tables of fog may err by, in front of opaque media
+constexpr double kHazeShare = 0.02;     ///< what hazes' optical depths towards suns may err by
+constexpr double kBoundShare = 0.05;    ///< a bound need not be narrower
 
 bool wants_bound(const EffectPlan& plan) {
   return plan.aovs.count("error_bound") > 0;
@@ -394,7 +392,8 @@ class MarchTracer final : public Tracer {
         passed < 1.0 ? m_level_error + m_march.storage_error(packet.jobs[i].brightest) : 0.0;
     const double haze_error =
         m_hazes.any() ? (1.0 - passed) * m_hazes.depth_error() * packet.jobs[i].brightest : 0.0;
-    const double cache_error = (1.0 - passed) * m_cache_error * m_march.sunlit(packet.jobs[i].weights);
+    const double sunlit = packet.weights_step == 0 ? packet.sunlit : m_march.sunlit(packet.jobs[i].weights);
+    const double cache_error = (1.0 - passed) * m_cache_error * sunlit;
     result.error = kEstimateSafety * marched.error + cache_error + haze_error + stop_error + value_error;
     if (m_plan.secondary_rays()) result.error += passed * packet.behind_error[i];
     if (m_plan.fog) result.error += (1.0 - passed) * packet.fog_errors[i];

@@ -31,6 +31,7 @@ struct MarchPacket {
     march.weights_for(all[0].d, weights);
     if (!kHasPhase || march.is_isotropic()) {
       brightest = march.brightest(weights.data());
+      sunlit = march.sunlit(weights.data());
       return;
     }
     const size_t count = weights.size();
@@ -70,6 +71,7 @@ struct MarchPacket {
   std::vector<float> weights;
   size_t weights_step = 0;  ///< 0 where all rays share theirs
   double brightest = 0.0;   ///< of the media, where all rays share their weights
+  double sunlit = 0.0;      ///< the same of sunlight alone
   uint64_t samples = 0, lookups = 0, leaps = 0;
 };
 

@@ -35,6 +35,7 @@ Film::Film(int width, int height, int pixel_rays, const EffectPlan& plan) : m_we
   m_samples = add_if(wants("samples"), "samples");
   m_error = add_if(wants("error_estimate"), "error_estimate");
   m_bound = add_if(wants("error_bound"), "error_bound");
+  m_has_aovs = plan.aovs.size() > plan.aovs.count("beauty");
 }
 
 int Film::add_if(bool wanted, const char* name) {
@@ -61,7 +62,7 @@ void Film::set_pixel(int x, int y, std::span<const RayResult> rays) {
   set(m_green, pixel, radiance.y);
   set(m_blue, pixel, radiance.z);
   set(m_alpha, pixel, 1.0 - transmittance);
-  if constexpr (kHasAovs) {
+  if (kHasAovs && m_has_aovs) {
     set(m_transmittance, pixel, transmittance);
     set(m_z, pixel, z);
     set(m_z_half, pixel, z_half);

@@ -45,6 +45,7 @@ class Film {
   Image m_image;
   std::vector<float> m_errors;  ///< error estimate per pixel
   double m_weight;
+  bool m_has_aovs = false;  ///< besides colour and alpha
   int m_red, m_green, m_blue, m_alpha, m_transmittance, m_z, m_z_half, m_samples, m_error,
       m_bound;  ///< channel or -1
 };

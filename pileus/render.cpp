@@ -58,6 +58,7 @@ class Pass {
         m_options(options),
         m_world(world),
         m_crop(crop),
+        m_places(places_in_pixel(scene.render.pixel_samples)),
         m_tracer(scene.render.integrator->prepare(
             world, plan, {scene.render.tolerance, coarseness, scene.render.size, scene.render.max_bounces})) {
   }
@@ -92,15 +93,14 @@ class Pass {
     std::vector<RayResult> results;
     const std::vector<Vec2i> pixels =
         m_tracer->traces_packets() ? tiles.pixels_of_blocks(index) : tiles.pixels(index);
-    rays.reserve(pixels.size() * size_t(m_scene.render.pixel_samples * m_scene.render.pixel_samples));
-    for (const Vec2i& pixel : pixels) append_rays(pixel, m_scene.render.pixel_samples, rays);
+    rays.reserve(pixels.size() * m_places.size());
+    for (const Vec2i& pixel : pixels) append_rays(pixel, rays);
     results.resize(rays.size());
     trace(rays, results, tile_counters, must_stop);
-    const size_t rays_per_pixel = rays.size() / pixels.size();
     for (size_t i = 0; i < pixels.size(); ++i) {
       if (!tiles.contains(pixels[i])) continue;
       film.set_pixel(pixels[i].x, pixels[i].y,
-                     std::span(results).subspan(i * rays_per_pixel, rays_per_pixel));
+                     std::span(results).subspan(i * m_places.size(), m_places.size()));
     }
     finish_tile(index, tile_counters);
   }
@@ -116,16 +116,21 @@ class Pass {
     }
   }
 
-  void append_rays(const Vec2i& pixel, int n, std::vector<Ray>& rays) const {
+  /// Where the rays of a pixel pass through it: n x n of them.
+  static std::vector<Vec2d> places_in_pixel(int n) {
+    std::vector<Vec2d> places;
+    for (int j = 0; j < n; ++j) {
+      for (int i = 0; i < n; ++i) places.emplace_back((i + 0.5) / n, (j + 0.5) / n);
+    }
+    return places;
+  }
+
+  void append_rays(const Vec2i& pixel, std::vector<Ray>& rays) const {
     // Pixels beyond the picture, which fill up packets, repeat those at its edge.
     const int x = std::min(m_crop.x0 + pixel.x, m_scene.render.size.x - 1),
               y = std::min(m_crop.y0 + pixel.y, m_scene.render.size.y - 1);
-    for (int j = 0; j < n; ++j) {
-      for (int i = 0; i < n; ++i) {
-        const Vec2d at(x + (i + 0.5) / n, y + (j + 0.5) / n);
-        rays.push_back(m_world.camera->ray(at, m_scene.render.size));
-      }
-    }
+    for (const Vec2d& place : m_places)
+      rays.push_back(m_world.camera->ray(Vec2d(x, y) + place, m_scene.render.size));
   }
 
   void finish_tile(size_t index, const Counters& tile_counters) {
@@ -139,6 +144,7 @@ class Pass {
   const RenderOptions& m_options;
   const World& m_world;
   Crop m_crop;
+  std::vector<Vec2d> m_places;  ///< of rays in a pixel
   std::unique_ptr<const Tracer> m_tracer;
   std::mutex m_mutex;
 };

@@ -1,11 +1,25 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <vector>
 
 #include "lib/math/vec.h"
 
 namespace pileus {
+
+/// The pixels of a square in Morton (quadtree) order, from its corner.
+template <int kSize>
+constexpr auto morton_order() {
+  std::array<std::array<unsigned char, 2>, size_t(kSize) * kSize> order{};
+  for (unsigned code = 0; code < order.size(); ++code) {
+    for (unsigned bit = 0; 1u << (2 * bit) < order.size(); ++bit) {
+      order[code][0] |= static_cast<unsigned char>((code >> (2 * bit) & 1) << bit);
+      order[code][1] |= static_cast<unsigned char>((code >> (2 * bit + 1) & 1) << bit);
+    }
+  }
+  return order;
+}
 
 /// The square tiles of a picture, and which of them are done.
 class TileGrid {
@@ -28,25 +42,24 @@ class TileGrid {
   /// The tile's pixels in Morton (quadtree) order; tiles at the edges have fewer.
   std::vector<Vec2i> pixels(size_t tile) const {
     std::vector<Vec2i> result;
-    for_pixels(tile, [&](const Vec2i& pixel) {
-      if (contains(pixel)) result.push_back(pixel);
-    });
+    const Vec2i corner = corner_of(tile);
+    for (size_t i = 0; i < kMortonOrder.size(); ++i) {
+      if (contains(corner + offset(i))) result.push_back(corner + offset(i));
+    }
     return result;
   }
 
   /// The same, with all pixels of each block of kBlock x kBlock that has one of them: some lie outside.
   std::vector<Vec2i> pixels_of_blocks(size_t tile) const {
+    constexpr size_t kPixelsOfBlock = size_t(kBlock) * kBlock;
     std::vector<Vec2i> result;
-    result.reserve(size_t(kSize) * kSize);
-    bool has_some = false;
-    for_pixels(tile, [&](const Vec2i& pixel) {
-      has_some |= contains(pixel);
-      result.push_back(pixel);
-      constexpr size_t kPixelsOfBlock = size_t(kBlock) * kBlock;
-      if (result.size() % kPixelsOfBlock != 0) return;
-      if (!has_some) result.resize(result.size() - kPixelsOfBlock);
-      has_some = false;
-    });
+    result.reserve(kMortonOrder.size());
+    const Vec2i corner = corner_of(tile);
+    for (size_t first = 0; first < kMortonOrder.size(); first += kPixelsOfBlock) {
+      const Vec2i lo = corner + offset(first), hi = lo + Vec2i(kBlock - 1);
+      if (hi.x < 0 || hi.y < 0 || lo.x >= m_width || lo.y >= m_height) continue;
+      for (size_t i = first; i < first + kPixelsOfBlock; ++i) result.push_back(corner + offset(i));
+    }
     return result;
   }
 
@@ -62,16 +75,12 @@ class TileGrid {
   double share_done() const { return double(m_done_count) / double(count()); }
 
  private:
-  template <class Visit>
-  void for_pixels(size_t tile, Visit&& visit) const {
-    const Vec2i corner(int(tile % size_t(m_columns)) * kSize, int(tile / size_t(m_columns)) * kSize);
-    for (unsigned code = 0; code < unsigned(kSize * kSize); ++code)
-      visit(corner - m_shift + Vec2i(even_bits(code), even_bits(code >> 1)));
-  }
+  static constexpr auto kMortonOrder = morton_order<kSize>();
 
-  /// Bits 0, 2, 4 and 6 of a Morton code.
-  static int even_bits(unsigned code) {
-    return int((code & 1) | ((code >> 1) & 2) | ((code >> 2) & 4) | ((code >> 3) & 8));
+  static Vec2i offset(size_t i) { return {kMortonOrder[i][0], kMortonOrder[i][1]}; }
+
+  Vec2i corner_of(size_t tile) const {
+    return Vec2i(int(tile % size_t(m_columns)), int(tile / size_t(m_columns))) * kSize - m_shift;
   }
 
   int m_width, m_height;

@@ -57,6 +57,13 @@ struct Tally {
     for (int n = 0; n < kVoxels; ++n) add(values[n], (active >> n & 1) != 0, 1);
   }
 
+  /// The tiles of a node, or of the root.
+  template <class Node>
+  void add_tiles(const Node& node) {
+    for (auto tile = node.cbeginValueAll(); tile; ++tile)
+      add(*tile, tile.isValueOn(), Node::ChildNodeType::NUM_VOXELS);
+  }
+
   void add(const Tally& other) {
     counts.nan += other.counts.nan;
     counts.infinite += other.counts.infinite;
@@ -86,9 +93,15 @@ ValueCounts count_values(const openvdb::FloatGrid& grid) {
   });
 
   Tally total;
-  auto tiles = grid.tree().cbeginValueAll();
-  tiles.setMaxDepth(decltype(tiles)::LEAF_DEPTH - 1);
-  for (; tiles; ++tiles) total.add(*tiles, tiles.isValueOn(), tiles.getVoxelCount());
+  // Iterators of nodes are several times as fast as those of the tree.
+  using Upper = openvdb::FloatTree::RootNodeType::ChildNodeType;
+  std::vector<const Upper*> uppers;
+  std::vector<const Upper::ChildNodeType*> lowers;
+  grid.tree().getNodes(uppers);
+  grid.tree().getNodes(lowers);
+  total.add_tiles(grid.tree().root());
+  for (const auto* node : uppers) total.add_tiles(*node);
+  for (const auto* node : lowers) total.add_tiles(*node);
   for (const Tally& tally : tallies) total.add(tally);
   if (total.min <= total.max) {
     total.counts.min = total.min;
