@@ -22,6 +22,12 @@ HeightRange cell_range(const HeightTable& table, HeightInterpolation interpolati
   return range;
 }
 
+/// A float that is not below a sum of deviations, whatever rounding did to it.
+float rounded_up(double sum) {
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  return sum > 0.0 ? std::nextafter(float(sum * (1.0 + 1e-12)), kInfinity) : 0.0F;
+}
+
 /// How far the surface of a cell lies from the bilinear patch between its corners: as far as their control
 /// values, of which the one has the other's hull.
 float cell_deviation(const HeightTable& table, HeightInterpolation interpolation, int i, int j) {
@@ -36,7 +42,21 @@ float cell_deviation(const HeightTable& table, HeightInterpolation interpolation
       most =
           std::max(most, std::abs(control[row][column] - flat.at(double(column) / 3.0, double(row) / 3.0)));
   }
-  return std::nextafter(float(most * (1.0 + 1e-12)), kInfinity);
+  return rounded_up(most);
+}
+
+/// Of 2 x 2 bilinear cells from the patch between their corners: at the five nodes inside.
+float deviation_of_four(const HeightTable& table, int i, int j) {
+  const float* rows[3];
+  for (int k = 0; k < 3; ++k)
+    rows[k] = table.heights.data() + size_t(2 * j + k) * size_t(table.columns) + size_t(2 * i);
+  const auto z = [&](int row, int column) { return double(rows[row][column]); };
+  const double west = 0.5 * (z(0, 0) + z(2, 0)), east = 0.5 * (z(0, 2) + z(2, 2));
+  const double off[5] = {z(0, 1) - 0.5 * (z(0, 0) + z(0, 2)), z(2, 1) - 0.5 * (z(2, 0) + z(2, 2)),
+                         z(1, 0) - west, z(1, 2) - east, z(1, 1) - 0.5 * (west + east)};
+  double most = 0.0, sum = 0.0;
+  for (const double d : off) most = std::max(most, std::abs(d)), sum += d;
+  return std::isnan(sum) ? std::numeric_limits<float>::infinity() : rounded_up(most);
 }
 
 /// Ranges of rows of blocks of 2 x 2 cells. Keeps its memory from row to row.
@@ -152,6 +172,9 @@ void HeightPyramid::add_deviations(const HeightTable& table, HeightInterpolation
 float HeightPyramid::deviation_inside(const HeightTable& table, HeightInterpolation interpolation, int level,
                                       int i, int j) const {
   constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  const bool is_whole = 2 * i + 2 <= table.cells_x() && 2 * j + 2 <= table.cells_y();
+  if (level == 1 && is_whole && interpolation == HeightInterpolation::bilinear)
+    return deviation_of_four(table, i, j);
   const int u[2] = {i << level, std::min((i + 1) << level, table.cells_x())};
   const int v[2] = {j << level, std::min((j + 1) << level, table.cells_y())};
   const int middle_u = std::min((2 * i + 1) << (level - 1), u[1]),
@@ -175,9 +198,7 @@ float HeightPyramid::deviation_inside(const HeightTable& table, HeightInterpolat
   compare(u[0], middle_v, 0.0, r);
   compare(u[1], middle_v, 1.0, r);
   compare(middle_u, middle_v, s, r);
-  const auto sum = float(double(inside) + own);
-  return sum > 0.0F ? std::nextafter(sum * (1.0F + 4.0F * std::numeric_limits<float>::epsilon()), kInfinity)
-                    : 0.0F;
+  return rounded_up(double(inside) + own);
 }
 
 HeightRange HeightPyramid::between(double u0, double v0, double u1, double v1, int least_level) const {

@@ -42,11 +42,12 @@ struct ClassicSurface : SurfaceShader {
   Rgb shade(const SurfacePoint& point, const Vec3d& wo, std::span<const Illumination> lights) const final {
     const Rgb diffuse = m_diffuse * point.color;
     Rgb sum = m_ambient * point.color * (m_ambient_radiance + m_sky * std::numbers::inv_pi * point.sky);
+    const bool is_dull = m_specular == Rgb(0.0);
     for (const Illumination& light : lights) {
       const double cosine = dot(point.n, light.wi);
       if (!(cosine > 0.0)) continue;
       sum += light.irradiance * std::numbers::inv_pi *
-             (diffuse * cosine + m_specular * highlight(point.n, wo, light.wi));
+             (diffuse * cosine + m_specular * (is_dull ? 0.0 : highlight(point.n, wo, light.wi)));
     }
     return sum;
   }
