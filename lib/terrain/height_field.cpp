@@ -13,7 +13,7 @@ namespace {
 
 /// Up to this level a block may be seen as one patch. Walks look at blocks of this level before they look
 /// into them, wherever they come from: what they see does not depend on that.
-constexpr int kCoarsestPatch = 5;
+constexpr int kCoarsestPatch = HeightPyramid::kCoarsestPatch;
 
 /// The surface as walks see it.
 struct Ground {
@@ -156,8 +156,8 @@ class Walk {
   };
 
   bool meets_patch(double t1, double z1) {
-    const Patch<double> patch =
-        m_level == 0 ? m_table.patch(m_block[0], m_block[1]) : m_table.patch(m_level, m_block[0], m_block[1]);
+    const Patch<double> patch = m_level == 0 ? m_table.patch(m_block[0], m_block[1])
+                                             : m_pyramid.patch(m_level, m_block[0], m_block[1]);
     if (!patch.has_data()) {
       m_side = 0;
       return false;

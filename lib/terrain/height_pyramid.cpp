@@ -28,6 +28,28 @@ float rounded_up(double sum) {
   return sum > 0.0 ? std::nextafter(float(sum * (1.0 + 1e-12)), kInfinity) : 0.0F;
 }
 
+constexpr size_t kStepOfOne = 128;
+
+/// 0, quarters of octaves around 1, infinity.
+std::array<float, 256> deviation_steps() {
+  std::array<float, 256> steps{};
+  for (size_t k = 1; k < steps.size(); ++k)
+    steps[k] = float(std::exp2(0.25 * (double(k) - double(kStepOfOne))));
+  steps.back() = std::numeric_limits<float>::infinity();
+  return steps;
+}
+
+/// The first step that is not below a deviation.
+uint8_t step_of(const std::array<float, 256>& steps, float deviation) {
+  if (!(deviation > 0.0F)) return 0;
+  if (deviation > steps[steps.size() - 2]) return uint8_t(steps.size() - 1);
+  const int octave = std::max(std::ilogb(deviation), -31);
+  auto step = size_t(4 * octave + int(kStepOfOne));
+  while (step > 1 && steps[step - 1] >= deviation) --step;
+  while (steps[step] < deviation) ++step;
+  return uint8_t(step);
+}
+
 /// How far the surface of a cell lies from the bilinear patch between its corners: as far as their control
 /// values, of which the one has the other's hull.
 float cell_deviation(const HeightTable& table, HeightInterpolation interpolation, int i, int j) {
@@ -151,17 +173,35 @@ HeightPyramid::HeightPyramid(const HeightTable& table, HeightInterpolation inter
     for_bands(height(top()), rows_of_band(width(top())),
               [&](int first, int end) { merge_rows(top(), first, end); });
   }
-  for (int level = 1; with_deviations && level <= top(); ++level) add_deviations(table, interpolation, level);
+  if (!with_deviations) return;
+  m_deviation_steps = deviation_steps();
+  for (int level = 1; level <= top(); ++level) {
+    add_deviations(table, interpolation, level);
+    if (level <= kCoarsestPatch) add_corners(table, level);
+  }
+}
+
+void HeightPyramid::add_corners(const HeightTable& table, int level) {
+  Level& blocks = m_levels[size_t(level - 1)];
+  const int columns = blocks.width + 1, rows = blocks.height + 1;
+  blocks.corners = {columns, rows, HeightValues(size_t(columns) * size_t(rows))};
+  for_bands(rows, rows_of_band(columns), [&](int first, int end) {
+    for (int j = first; j < end; ++j) {
+      float* to = blocks.corners.heights.data() + size_t(j) * size_t(columns);
+      for (int i = 0; i < columns; ++i)
+        to[i] = table.at(std::min(i << level, table.cells_x()), std::min(j << level, table.cells_y()));
+    }
+  });
 }
 
 void HeightPyramid::add_deviations(const HeightTable& table, HeightInterpolation interpolation, int level) {
   Level& blocks = m_levels[size_t(level - 1)];
-  blocks.deviations = make_large_array<float>(size_t(blocks.width) * size_t(blocks.height));
+  blocks.deviations = make_large_array<uint8_t>(size_t(blocks.width) * size_t(blocks.height));
   for_bands(blocks.height, rows_of_band(blocks.width), [&](int first, int end) {
     for (int j = first; j < end; ++j) {
       for (int i = 0; i < blocks.width; ++i) {
         blocks.deviations[size_t(j) * size_t(blocks.width) + size_t(i)] =
-            deviation_inside(table, interpolation, level, i, j);
+            step_of(m_deviation_steps, deviation_inside(table, interpolation, level, i, j));
       }
     }
   });
@@ -215,7 +255,8 @@ HeightRange HeightPyramid::between(double u0, double v0, double u1, double v1, i
 }
 
 void HeightPyramid::add_level(int width, int height) {
-  m_levels.push_back({width, height, make_large_array<HeightRange>(size_t(width) * size_t(height)), nullptr});
+  m_levels.push_back(
+      {width, height, make_large_array<HeightRange>(size_t(width) * size_t(height)), nullptr, {}});
 }
 
 void HeightPyramid::merge_rows(int level, int first, int end) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstdint>
 #include <vector>
 
 #include "lib/core/large_array.h"
@@ -16,6 +18,9 @@ namespace pileus {
 /// between the block's corners: infinitely where a part of it has no data.
 class HeightPyramid {
  public:
+  /// Up to this level blocks are seen as patches between their corners.
+  static constexpr int kCoarsestPatch = 5;
+
   HeightPyramid() = default;
 
   /// Built on all cores; the ranges do not depend on how many.
@@ -30,8 +35,15 @@ class HeightPyramid {
   }
   float deviation(int level, int i, int j) const {
     const Level& blocks = m_levels[size_t(level - 1)];
-    return blocks.deviations[size_t(j) * size_t(blocks.width) + size_t(i)];
+    return m_deviation_steps[blocks.deviations[size_t(j) * size_t(blocks.width) + size_t(i)]];
   }
+
+  /// HeightTable::patch of a level up to kCoarsestPatch, where deviations were asked for. From a table of its
+  /// own for each level: corners of neighbouring blocks lie side by side.
+  Patch<double> patch(int level, int i, int j) const {
+    return m_levels[size_t(level - 1)].corners.patch(i, j);
+  }
+
   int width(int level) const { return m_levels[size_t(level - 1)].width; }
   int height(int level) const { return m_levels[size_t(level - 1)].height; }
   const HeightRange& all() const { return at(top(), 0, 0); }
@@ -44,7 +56,8 @@ class HeightPyramid {
   struct Level {
     int width = 0, height = 0;
     LargeArray<HeightRange> ranges;
-    LargeArray<float> deviations;  ///< null where nobody asked for them
+    LargeArray<uint8_t> deviations;  ///< numbers of steps; null where nobody asked for them
+    HeightTable corners;             ///< empty where nobody asked for them, or too coarse
   };
 
   void add_level(int width, int height);
@@ -53,7 +66,10 @@ class HeightPyramid {
   float deviation_inside(const HeightTable& table, HeightInterpolation interpolation, int level, int i,
                          int j) const;
 
+  void add_corners(const HeightTable& table, int level);
+
   std::vector<Level> m_levels;
+  std::array<float, 256> m_deviation_steps{};  ///< 0, then quarters of octaves, infinity
 };
 
 }  // namespace pileus

@@ -12,8 +12,8 @@ void check_table_size(const std::filesystem::path& file, int64_t columns, int64_
                 fmt::format("is a table of {} x {} heights; expected 2 to {} along both sides", columns, rows,
                             kMostNodes));
   }
-  // As read (up to 8 bytes a height), as kept, and the pyramid of minima, maxima and deviations.
-  const uint64_t bytes = uint64_t(columns) * uint64_t(rows) * 16;
+  // As read (up to 8 bytes a height), as kept, and the pyramid of minima, maxima, deviations and corners.
+  const uint64_t bytes = uint64_t(columns) * uint64_t(rows) * 17;
   if (bytes > memory_budget()) {
     throw Error(ErrorKind::file, file.string(),
                 fmt::format("is a table of {} x {} heights, which takes {}; expected at most {}", columns,

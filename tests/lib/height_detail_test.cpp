@@ -113,6 +113,9 @@ TEST(Pyramid, knows_how_far_patches_deviate) {
         const double z = field.height(u, v),
                      patch = table.patch(level, i, j).at((u - u0) / (u1 - u0), (v - v0) / (v1 - v0));
         const double bound = pyramid.deviation(level, i, j);
+        if (level <= HeightPyramid::kCoarsestPatch && !std::isnan(patch)) {
+          ASSERT_EQ(pyramid.patch(level, i, j).at(0.3, 0.8), table.patch(level, i, j).at(0.3, 0.8));
+        }
         if (std::isnan(z) || std::isnan(patch)) {
           ASSERT_EQ(bound, kInf);
           continue;
