@@ -27,6 +27,7 @@
 #include "vdb_io/build_cloud.h"
 #include "vdb_io/cloud_grids.h"
 #include "vdb_io/vdb_writer.h"
+#include "vdb_io/volume_format.h"
 
 namespace pileus {
 namespace {
@@ -143,6 +144,12 @@ std::vector<openvdb::GridBase::ConstPtr> CloudCommand::build_named(const Named<C
 }
 
 void CloudCommand::check() const {
+  if (volume_format(recipe)) {
+    throw Error(
+        ErrorKind::usage, recipe.string(),
+        "is a volume already; expected a scene (.toml) with the recipe of one. `pileus convert` changes "
+        "volumes, `pileus render` shows them");
+  }
   if (output.extension() != ".vdb") {
     throw Error(ErrorKind::usage, output.string(), "is no name for a cloud; expected one that ends in .vdb");
   }
@@ -243,11 +250,14 @@ void add_cloud_command(CLI::App& app, int&) {
   sub->add_option("--voxel-size", command->voxel_size, "edge of a voxel [m], instead of the scene's")
       ->check(finite_positive());
   sub->add_option("--max-voxels", command->max_voxels,
-                  "as small voxels as leave no more than this in the cloud's bounding box")
+                  "as small voxels as leave no more than this in the cloud's bounding box; a limit beside "
+                  "--voxel-size")
       ->check(finite_positive())
       ->check(CLI::Range(1.0, 1e12));
-  sub->add_option("--max-bytes", command->max_bytes,
-                  "as small voxels as make no larger density grid in memory; 500MB, 2GB, 1e9, ...")
+  sub->add_option(
+         "--max-bytes", command->max_bytes,
+         "as small voxels as make no larger density grid in memory; 500MB, 2GB, 1e9, ...; a limit beside "
+         "--voxel-size")
       ->type_name("BYTES");
   std::vector<std::string> names = cloud_field_names();
   names.insert(names.begin(), "density");

@@ -6,6 +6,7 @@
 #include <limits>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -13,6 +14,7 @@
 #include <openvdb/tools/Prune.h>
 
 #include "lib/core/error.h"
+#include "lib/core/memory_budget.h"
 #include "lib/core/parallel.h"
 #include "lib/core/version.h"
 #include "vdb_io/cloud_leaf.h"
@@ -223,65 +225,114 @@ std::vector<VoxelNode> tasks_of(const CloudNodes& nodes, openvdb::FloatTree& tre
   return tasks;
 }
 
-/// How many leaves bounds cannot rule out.
-int64_t count_leaves(const ProceduralCloud& cloud, double voxel_size, const VoxelRange& range) {
+/// Edge of the nodes that are counted for an estimate [voxels]: that of a leaf, or more where leaves would be
+/// too many to look at. Even then a node is 1/80 of the cloud.
+int counted_edge(const VoxelRange& range) {
+  constexpr int64_t kMostNodes = 1 << 20;
+  int edge = kLeafEdge;
+  while (edge < kBlockEdge && range.count() / (int64_t(edge) * edge * edge) > kMostNodes) edge *= 2;
+  return edge;
+}
+
+/// What of a grid bounds cannot rule out.
+struct NodesLeft {
+  double leaves = 0, blocks = 0;
+};
+
+NodesLeft count_nodes_left(const ProceduralCloud& cloud, double voxel_size, const VoxelRange& range) {
   struct Sink : NodeCounts {
-    int64_t leaves = 0;
-    void undecided(const VoxelNode&, const CloudRegion&) { ++leaves; }
+    int64_t nodes = 0;
+    void undecided(const VoxelNode&, const CloudRegion&) { ++nodes; }
   };
   const CloudNodes nodes(cloud, voxel_size, range);
   const std::vector<VoxelNode> blocks = blocks_of(range);
+  const int edge = counted_edge(range);
   std::vector<Sink> sinks(blocks.size(), Sink{{range, {}}});
-  parallel_for(blocks.size(), [&](size_t i) { nodes.decide(blocks[i], kLeafEdge, sinks[i]); });
-  int64_t leaves = 0;
-  for (const Sink& sink : sinks) leaves += sink.leaves;
-  return leaves;
+  parallel_for(blocks.size(), [&](size_t i) { nodes.decide(blocks[i], edge, sinks[i]); });
+  NodesLeft left;
+  for (const Sink& sink : sinks) {
+    left.leaves += double(sink.nodes) * std::pow(edge / kLeafEdge, 3);
+    if (sink.nodes > 0 || sink.counters.full_by_bound > 0) ++left.blocks;
+  }
+  return left;
+}
+
+/// How many nodes with this edge hold a range.
+double count_nodes(const VoxelRange& range, int edge) {
+  double count = 1;
+  for (int axis = 0; axis < 3; ++axis)
+    count *= std::floor(double(range.last[axis]) / edge) - std::floor(double(range.first[axis]) / edge) + 1;
+  return count;
 }
 
 /// Memory of the finished grid at most [bytes]: leaves, blocks of them, and the nodes that hold the blocks.
-double bound_on_bytes(const ProceduralCloud& cloud, double voxel_size, const CloudGridOptions& options) {
+/// Takes a look at the box alone where that shows that the grid stays within `enough`, or that no memory has
+/// room for a note on each of its blocks.
+double bound_on_bytes(const ProceduralCloud& cloud, double voxel_size, const CloudGridOptions& options,
+                      double enough) {
   using Top = openvdb::FloatTree::RootNodeType::ChildNodeType;
   const VoxelRange range = checked_range(cloud.bounds(), voxel_size, options);
-  double tops = 1;
-  for (int axis = 0; axis < 3; ++axis)
-    tops *= range.last[axis] / int(Top::DIM) - range.first[axis] / int(Top::DIM) + 2;
-  return double(count_leaves(cloud, voxel_size, range)) * double(sizeof(Leaf) + Leaf::SIZE * sizeof(float)) +
-         double(blocks_of(range).size()) * double(sizeof(Top::ChildNodeType)) + tops * double(sizeof(Top));
+  const auto bytes_of = [&](const NodesLeft& nodes) {
+    return nodes.leaves * double(sizeof(Leaf) + Leaf::SIZE * sizeof(float)) +
+           nodes.blocks * double(sizeof(Top::ChildNodeType)) +
+           count_nodes(range, int(Top::DIM)) * double(sizeof(Top));
+  };
+  const NodesLeft all{count_nodes(range, kLeafEdge), count_nodes(range, kBlockEdge)};
+  const double notes = all.blocks * double(sizeof(VoxelNode) + sizeof(BlockSink));
+  if (bytes_of(all) <= enough || notes > double(memory_budget())) return bytes_of(all);
+  return bytes_of(count_nodes_left(cloud, voxel_size, range));
 }
 
-/// A voxel size with which the grid stays within options.max_bytes, and no voxel smaller than `least` [m].
-double fitting_voxel_size(const ProceduralCloud& cloud, double least, const CloudGridOptions& options) {
-  const double max_bytes = double(options.max_bytes);
+/// A voxel size with which the grid stays within max_bytes, and no voxel smaller than `least` [m]; none where
+/// that leaves less than some voxels across the cloud.
+std::optional<double> fitting_voxel_size(const ProceduralCloud& cloud, double least, double max_bytes,
+                                         const CloudGridOptions& options) {
+  // bytes ~ 1 / voxel_size^3, or to a lower power: this is how much larger voxels must be at least, roughly
+  const auto excess = [&](double size) {
+    return std::cbrt(bound_on_bytes(cloud, size, options, max_bytes) / max_bytes);
+  };
   const Vec3d extent = cloud.bounds().size();
-  const double coarsest = std::min({extent.x, extent.y, extent.z}) / 4;
+  const double coarsest = std::max(least, std::min({extent.x, extent.y, extent.z}) / 4);
   double voxel_size = std::max(least, coarsest / 4);
-  for (int step = 0; step < 4 && voxel_size > least; ++step) {  // bytes ~ 1 / voxel_size^3, roughly
-    voxel_size *= std::cbrt(bound_on_bytes(cloud, voxel_size, options) / max_bytes);
-    voxel_size = std::clamp(voxel_size, least, coarsest);
+  for (int step = 0; step < 4 && voxel_size > least; ++step)
+    voxel_size = std::clamp(voxel_size * excess(voxel_size), least, coarsest);
+  while (voxel_size <= coarsest) {
+    const double rounded = rounded_up(voxel_size), factor = excess(rounded);
+    if (factor <= 1.0) return rounded;
+    voxel_size *= std::max(1.05, factor);
   }
-  for (; voxel_size <= coarsest; voxel_size *= 1.05) {
-    const double rounded = rounded_up(voxel_size);
-    if (bound_on_bytes(cloud, rounded, options) <= max_bytes) return rounded;
-  }
-  refuse(fmt::format("max_bytes = {}: no grid is that small; expected at least {:.0f}", options.max_bytes,
-                     bound_on_bytes(cloud, coarsest, options)));
+  return std::nullopt;
+}
+
+/// Refuses voxels with which the grid would exceed max_bytes, or the memory budget.
+void check_memory(const ProceduralCloud& cloud, double voxel_size, const CloudGridOptions& options) {
+  const uint64_t budget = memory_budget();
+  const bool is_by_budget = options.max_bytes <= 0 || uint64_t(options.max_bytes) > budget;
+  const uint64_t most = is_by_budget ? budget : uint64_t(options.max_bytes);
+  const double bytes = bound_on_bytes(cloud, voxel_size, options, double(most));
+  if (bytes <= double(most)) return;
+  const uint64_t needed = uint64_t(std::min(bytes, 1e18));
+  const auto fitting = fitting_voxel_size(cloud, voxel_size, double(most), options);
+  refuse(fmt::format(
+      "voxel_size = {} m{} makes a grid of {:.3g} voxels that takes up to {}; expected at most {} ({}){}{}",
+      voxel_size, options.voxel_size == 0 ? ", the smallest that the limits allow," : "",
+      WideRange(cloud.bounds(), voxel_size).count(), bytes_text(needed), bytes_text(most),
+      is_by_budget ? "the memory budget" : "max_bytes",
+      fitting ? fmt::format("; nearest voxel_size that fits: {:.2g} m", *fitting) : "",
+      is_by_budget ? fmt::format("; or allow more with --memory {}", bytes_option(needed)) : ""));
 }
 
 /// options.voxel_size, or the smallest that the limits allow.
 double chosen_voxel_size(const ProceduralCloud& cloud, const CloudGridOptions& options) {
   check_extent(cloud.bounds());
-  double voxel_size = options.voxel_size;
-  if (voxel_size == 0) {
-    voxel_size = fitting_voxel_size(cloud.bounds(), double(options.max_voxels));
-    return options.max_bytes > 0 ? fitting_voxel_size(cloud, voxel_size, options) : voxel_size;
-  }
-  if (options.max_bytes <= 0) return voxel_size;
-  const double bytes = bound_on_bytes(cloud, voxel_size, options);
-  if (bytes <= double(options.max_bytes)) return voxel_size;
-  refuse(fmt::format(
-      "voxel_size = {} m makes a grid of up to {:.3g} bytes; expected at most {} (max_bytes); nearest "
-      "voxel_size that fits: {:.2g} m",
-      voxel_size, bytes, options.max_bytes, fitting_voxel_size(cloud, voxel_size, options)));
+  if (options.voxel_size != 0) return options.voxel_size;
+  const double by_voxels = fitting_voxel_size(cloud.bounds(), double(options.max_voxels));
+  if (options.max_bytes <= 0) return by_voxels;
+  const auto fitting = fitting_voxel_size(cloud, by_voxels, double(options.max_bytes), options);
+  if (!fitting)
+    refuse(fmt::format("no grid of the cloud is as small as {} (max_bytes)",
+                       bytes_text(uint64_t(options.max_bytes))));
+  return *fitting;
 }
 
 }  // namespace
@@ -291,6 +342,7 @@ openvdb::FloatGrid::Ptr build_cloud(const ProceduralCloud& cloud, const CloudGri
   initialize_openvdb();
   const double voxel_size = chosen_voxel_size(cloud, options);
   const VoxelRange range = checked_range(cloud.bounds(), voxel_size, options);
+  check_memory(cloud, voxel_size, options);
   const CloudNodes nodes(cloud, voxel_size, range);
   auto grid = openvdb::FloatGrid::create(0.0f);
 

@@ -74,6 +74,30 @@ TEST_F(CloudProgram, keeps_to_limits) {
   EXPECT_NE(output({"cloud", "cloud.toml", "-o", "b.vdb", "--max-bytes", "4MB"}), "");
 }
 
+TEST_F(CloudProgram, refuses_what_no_memory_holds_before_building_it) {
+  write("cloud.toml", kCloud);
+  const auto refusal = [&](const std::vector<std::string>& arguments) {
+    const ProgramOutcome outcome = run(arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+    EXPECT_LT(outcome.seconds, 20.0);
+    EXPECT_EQ(folder.file_count(), 1u) << "something was written";
+    return outcome.err;
+  };
+  const std::vector<std::vector<std::string>> too_much{
+      {"cloud", "cloud.toml", "-o", "a.vdb", "--max-voxels", "1e12", "--memory", "1G"},
+      {"cloud", "cloud.toml", "-o", "a.vdb", "--voxel-size", "0.01", "--memory", "10M"},
+      {"render", "cloud.toml", "-o", "a.png", "--set", "volume.puff.voxel_size=0.01", "--memory", "10M"},
+      {"render", "cloud.toml", "-o", "a.png", "--set", "volume.puff.voxel_size=0.0004", "--set",
+       "volume.puff.max_voxels=1e12", "--memory", "1G"}};
+  for (const auto& arguments : too_much) {
+    const std::string told = refusal(arguments);
+    for (const char* part :
+         {"volume \"puff\": voxel_size = ", "makes a grid of", "that takes up to",
+          "(the memory budget); nearest voxel_size that fits: ", "allow more with --memory"})
+      EXPECT_NE(told.find(part), std::string::npos) << told;
+  }
+}
+
 TEST_F(CloudProgram, tells_what_bounds_saved) {
   write("cloud.toml", kCloud);
   const std::string told = output({"cloud", "cloud.toml", "-o", "a.vdb"});

@@ -1,8 +1,10 @@
 #include "vdb_io/build_cloud.h"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
+#include <ctime>
 #include <limits>
 #include <random>
 #include <string>
@@ -13,6 +15,7 @@
 #include "lib/cloud/cloud_presets.h"
 #include "lib/cloud/cloud_region.h"
 #include "lib/core/error.h"
+#include "lib/core/memory_budget.h"
 #include "lib/core/parallel.h"
 #include "lib/freeform/shapes.h"
 #include "tests/fixtures/random_clouds.h"
@@ -184,12 +187,73 @@ TEST(BuildCloud, keeps_to_a_number_of_voxels_or_bytes) {
 
   options = voxels_of(0.01);
   options.max_bytes = 3'000'000;
-  EXPECT_NE(
-      refusal(cloud, options).find("expected at most 3000000 (max_bytes); nearest voxel_size that fits"),
-      std::string::npos);
+  EXPECT_NE(refusal(cloud, options).find("expected at most 3 MB (max_bytes); nearest voxel_size that fits"),
+            std::string::npos);
   options = {};
   options.max_bytes = 1000;
-  EXPECT_NE(refusal(cloud, options).find("no grid is that small"), std::string::npos);
+  EXPECT_NE(refusal(cloud, options).find("no grid of the cloud is as small as 1 kB (max_bytes)"),
+            std::string::npos);
+}
+
+/// A budget for the time of a test.
+struct MemoryBudget {
+  explicit MemoryBudget(uint64_t bytes) { set_memory_budget(bytes); }
+  ~MemoryBudget() { set_memory_budget(0); }
+};
+
+TEST(BuildCloud, keeps_to_the_memory_budget) {
+  const MemoryBudget budget(2'000'000);
+  const std::string told = refusal(small_cloud(), voxels_of(0.02));
+  EXPECT_NE(told.find("voxel_size = 0.02 m makes a grid of "), std::string::npos) << told;
+  EXPECT_NE(told.find("expected at most 2 MB (the memory budget); nearest voxel_size that fits: "),
+            std::string::npos)
+      << told;
+  EXPECT_NE(told.find("; or allow more with --memory "), std::string::npos) << told;
+
+  const std::string fits = "that fits: ";
+  const double voxel_size = std::stod(told.substr(told.find(fits) + fits.size()));
+  const auto grid = build_cloud(small_cloud(), voxels_of(voxel_size));
+  EXPECT_LE(grid->memUsage(), 2'000'000u);
+  EXPECT_GT(grid->memUsage(), 500'000u) << "the hint wastes most of the budget";
+
+  CloudGridOptions by_limit;
+  by_limit.max_voxels = 20'000'000;
+  EXPECT_NE(refusal(small_cloud(), by_limit).find(" m, the smallest that the limits allow, makes a grid of "),
+            std::string::npos);
+  by_limit.max_bytes = 1'000'000'000;
+  EXPECT_NE(refusal(small_cloud(), by_limit).find("(the memory budget)"), std::string::npos);
+}
+
+TEST(BuildCloud, refuses_every_grid_that_takes_more_memory_than_the_budget) {
+  RandomClouds random(77);
+  int grids = 0;
+  for (int n = 0; n < 12; ++n) {
+    const ProceduralCloud cloud(random.tame_recipe(), random.cloud_form());
+    const Vec3d extent = cloud.bounds().size();
+    const double coarse = extent.length() / 30;
+    if (std::min({extent.x, extent.y, extent.z}) < 2 * coarse) continue;
+    for (double voxel_size = coarse; voxel_size > coarse / 3; voxel_size *= 0.7) {
+      const auto grid = build_cloud(cloud, voxels_of(voxel_size));
+      if (grid->tree().leafCount() == 0) continue;
+      const MemoryBudget budget(grid->memUsage() - 2000);  // what the tree takes beside its nodes
+      EXPECT_NE(refusal(cloud, voxels_of(voxel_size)), "") << grid->memUsage();
+      ++grids;
+    }
+  }
+  EXPECT_GT(grids, 10);
+}
+
+TEST(BuildCloud, refuses_at_once_what_would_take_terabytes) {
+  for (const Vec3d& radii : {Vec3d(3, 2, 3), Vec3d(3000, 0.002, 3000)}) {
+    CloudGridOptions options;
+    options.max_voxels = 1'000'000'000'000;
+    const MemoryBudget budget(1'000'000'000);
+    const ProceduralCloud cloud{CloudRecipe{}, ellipsoid({0, 0, 0}, radii)};
+    const std::clock_t start = std::clock();
+    EXPECT_NE(refusal(cloud, options).find("the memory budget"), std::string::npos)
+        << refusal(cloud, options);
+    EXPECT_LT(double(std::clock() - start) / CLOCKS_PER_SEC, 10.0) << "seconds of processor time";
+  }
 }
 
 TEST(BuildCloud, refuses_voxels_so_large_that_none_is_inside) {
