@@ -38,7 +38,9 @@ GridNumbers grid_numbers(const std::string& option, const std::vector<std::strin
   for (const std::string& text : texts) {
     const auto [grid, value] = halves(option, text, expected);
     const auto number = finite_number(value);
-    if (!number || std::abs(*number) > std::numeric_limits<float>::max()) wrong(option, text, expected);
+    if (!number) wrong(option, text, expected);
+    constexpr float kLargest = std::numeric_limits<float>::max();
+    if (std::abs(*number) > kLargest) wrong(option, text, fmt::format("a number up to {:g}", kLargest));
     numbers.push_back({grid, *number});
   }
   return numbers;
@@ -73,10 +75,11 @@ void add_list(CLI::App& command, const char* name, std::vector<std::string>& tar
 void add_changes(CLI::App& command, ConvertOptions& options) {
   GridChanges& changes = options.conversion.changes;
   command.add_flag("--levelset-to-fog", changes.level_set_to_fog,
-                   "fill the inside of level sets with density 1");
+                   "fill the inside of level sets with density 1; fog stays as it is");
   add_list(command, "--nan", options.nan,
            "replace NaN and infinite values of a grid, as in density=0; may repeat", "GRID=VALUE");
-  add_list(command, "--min", options.lowest, "raise lower values of a grid to this; may repeat",
+  add_list(command, "--min", options.lowest,
+           "raise lower values of a grid's active voxels to this, empty space to 0 at most; may repeat",
            "GRID=VALUE");
   add_list(command, "--multiply", options.factors,
            "multiply the values of a grid, as in vel=24 for 24 frames a second; may repeat", "GRID=FACTOR");

@@ -61,6 +61,7 @@ class Carrier {
     if (m_volume.grids.empty()) {
       throw Error(ErrorKind::file, input, "holds no grid that can be converted");
     }
+    check_changes_did_something();
     rename();
     m_volume.metadata = read_volume_metadata(m_conversion.input);
     if (!m_volume.metadata["creator"]) {
@@ -137,13 +138,33 @@ class Carrier {
     }
   }
 
+  void check_changes_did_something() const {
+    const std::string input = m_conversion.input.string();
+    if (m_conversion.changes.level_set_to_fog && !m_had_level_set) {
+      throw Error(ErrorKind::usage, input, "--levelset-to-fog: none of the grids taken over is a level set");
+    }
+    if (m_conversion.changes.crop && m_had_voxels && !m_kept_voxels) {
+      throw Error(ErrorKind::usage, input,
+                  "--crop leaves no voxel of any grid; `pileus info` shows where they are");
+    }
+  }
+
+  void crop(const fs::path& file, openvdb::GridBase& grid) {
+    m_had_voxels = m_had_voxels || grid.activeVoxelCount() > 0;
+    crop_grid(file, grid, *m_conversion.changes.crop);
+    m_kept_voxels = m_kept_voxels || grid.activeVoxelCount() > 0;
+  }
+
   void change(const fs::path& file, CarriedGrid& carried) {
     const GridChanges& changes = m_conversion.changes;
     openvdb::GridBase::Ptr& grid = carried.grid;
-    if (changes.level_set_to_fog && grid->getGridClass() == openvdb::GRID_LEVEL_SET) fill(file, carried);
+    if (changes.level_set_to_fog && grid->getGridClass() == openvdb::GRID_LEVEL_SET) {
+      m_had_level_set = true;
+      fill(file, carried);
+    }
     change_values(file, carried);
-    if (changes.crop) crop_grid(file, *grid, *changes.crop);
-    if (changes.scale != 1.0) scale_grid(*grid, changes.scale);
+    if (changes.crop) crop(file, *grid);
+    if (changes.scale != 1.0) scale_grid(file, *grid, changes.scale);
     if (!changes.voxels) return;
     if (grid->getGridClass() == openvdb::GRID_STAGGERED) {
       m_tell(fmt::format("{}: grid \"{}\" was staggered; its vectors now stand at voxel centres",
@@ -167,12 +188,14 @@ class Carrier {
   void change_values(const fs::path& file, const CarriedGrid& carried) {
     const GridChanges& changes = m_conversion.changes;
     openvdb::GridBase& grid = *carried.grid;
-    const auto tell_of = [&](uint64_t voxels, double value) {
-      m_tell(fmt::format("{}: grid \"{}\": {} voxels set to {}", file.string(), carried.name_in_file, voxels,
-                         value));
+    const auto tell_of = [&](uint64_t voxels, const char* change, double value) {
+      m_tell(fmt::format("{}: grid \"{}\": {} voxels {} {}", file.string(), carried.name_in_file, voxels,
+                         change, value));
     };
-    for_this(changes.nan, carried, [&](double value) { tell_of(replace_nan(file, grid, value), value); });
-    for_this(changes.lowest, carried, [&](double value) { tell_of(raise_to(file, grid, value), value); });
+    for_this(changes.nan, carried,
+             [&](double value) { tell_of(replace_nan(file, grid, value), "set to", value); });
+    for_this(changes.lowest, carried,
+             [&](double value) { tell_of(raise_to(file, grid, value), "raised by --min", value); });
     for_this(changes.factors, carried, [&](double factor) { multiply_values(file, grid, factor); });
     for_this(changes.backgrounds, carried, [&](double value) { change_background(file, grid, value); });
   }
@@ -218,6 +241,7 @@ class Carrier {
   const Tell& m_tell;
   CarriedVolume m_volume;
   std::set<std::string> m_found;  ///< names of Conversion::grids that a file had
+  bool m_had_level_set = false, m_had_voxels = false, m_kept_voxels = false;  ///< of those that changes want
 };
 
 }  // namespace

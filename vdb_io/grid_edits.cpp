@@ -57,14 +57,15 @@ void edit_floats(const std::filesystem::path& path, openvdb::GridBase& base, con
        fmt::format("holds values of type {}; expected floating numbers or vectors", base.valueType()));
 }
 
-/// Puts every value and the background through `change`.
+/// Puts every active value through `change`, and what is around through `change_around`: inactive values and
+/// the background.
 /// returns: the voxels whose values were changed
 template <class Grid>
-uint64_t change_values(Grid& grid, const Change& change) {
+uint64_t change_values(Grid& grid, const Change& change, const Change& change_around) {
   uint64_t count = 0;
   const auto go = [&](auto& iterator, uint64_t voxels) {
     const auto old_value = *iterator;
-    const auto new_value = changed(old_value, change);
+    const auto new_value = changed(old_value, iterator.isValueOn() ? change : change_around);
     if (std::memcmp(&new_value, &old_value, sizeof(old_value)) == 0) return;  // NaN is itself here
     iterator.setValue(new_value);
     count += voxels;
@@ -76,8 +77,46 @@ uint64_t change_values(Grid& grid, const Change& change) {
   auto tile = tree.beginValueAll();
   tile.setMaxDepth(decltype(tile)::LEAF_DEPTH - 1);
   for (; tile; ++tile) go(tile, tile.getVoxelCount());
-  tree.root().setBackground(changed(tree.background(), change), /*updateChildNodes=*/false);
+  tree.root().setBackground(changed(tree.background(), change_around), /*updateChildNodes=*/false);
   return count;
+}
+
+template <class Grid>
+uint64_t change_values(Grid& grid, const Change& change) {
+  return change_values(grid, change, change);
+}
+
+/// Multiplies all values and the background; throws Error(file) where a product is too large for their type.
+template <class Grid>
+void multiply_all(const std::filesystem::path& path, Grid& grid, double factor) {
+  using Value = typename Grid::ValueType;
+  constexpr double kLargest =
+      double(std::numeric_limits<typename openvdb::VecTraits<Value>::ElementType>::max());
+  change_values(grid, [&](double old_value) {
+    const double product = factor * old_value;
+    if (std::isfinite(old_value) && std::abs(product) > kLargest) {
+      fail(path, grid, fmt::format("holds {}, which is too large to be multiplied by {}", old_value, factor));
+    }
+    return product;
+  });
+}
+
+/// Scales a grid's transform about the origin.
+void scale_transform(const std::filesystem::path& path, openvdb::GridBase& grid, double factor) {
+  constexpr double kWidest = 1e30;  // [m]: formats with 32-bit transforms hold it, and can invert it
+  const Vec3d edges = factor * voxel_edges(world_from_index(path, grid));
+  const auto refuse = [&] {
+    fail(path, grid,
+         fmt::format("would get voxels of {:.3g} x {:.3g} x {:.3g} m from --scale {}; expected edges of 2e-5 "
+                     "to {} m",
+                     edges.x, edges.y, edges.z, factor, kWidest));
+  };
+  if (!(std::max({edges.x, edges.y, edges.z}) <= kWidest)) refuse();
+  try {
+    grid.transform().postScale(factor);
+  } catch (const openvdb::ArithmeticError&) {  // it takes maps of tiny voxels for singular
+    refuse();
+  }
 }
 
 }  // namespace
@@ -105,12 +144,11 @@ void crop_grid(const std::filesystem::path& path, openvdb::GridBase& grid, const
   }
 }
 
-void scale_grid(openvdb::GridBase& grid, double factor) {
-  grid.transform().postScale(factor);
+void scale_grid(const std::filesystem::path& path, openvdb::GridBase& grid, double factor) {
+  scale_transform(path, grid, factor);
   if (grid.getGridClass() != openvdb::GRID_LEVEL_SET) return;
   using Distances = openvdb::TypeList<openvdb::FloatGrid, openvdb::DoubleGrid>;
-  grid.apply<Distances>(
-      [=](auto& typed) { change_values(typed, [=](double distance) { return factor * distance; }); });
+  grid.apply<Distances>([&](auto& typed) { multiply_all(path, typed, factor); });
 }
 
 uint64_t replace_nan(const std::filesystem::path& path, openvdb::GridBase& grid, double value) {
@@ -123,27 +161,17 @@ uint64_t replace_nan(const std::filesystem::path& path, openvdb::GridBase& grid,
 }
 
 uint64_t raise_to(const std::filesystem::path& path, openvdb::GridBase& grid, double lowest) {
+  const auto to = [](double least) {
+    return [=](double old_value) { return old_value < least ? least : old_value; };
+  };
   uint64_t count = 0;
-  edit_floats(path, grid, [&](auto& typed) {
-    count = change_values(typed, [=](double old_value) { return old_value < lowest ? lowest : old_value; });
-  });
+  edit_floats(path, grid,
+              [&](auto& typed) { count = change_values(typed, to(lowest), to(std::min(lowest, 0.0))); });
   return count;
 }
 
 void multiply_values(const std::filesystem::path& path, openvdb::GridBase& grid, double factor) {
-  edit_floats(path, grid, [&](auto& typed) {
-    using Value = typename std::decay_t<decltype(typed)>::ValueType;
-    constexpr double kLargest =
-        double(std::numeric_limits<typename openvdb::VecTraits<Value>::ElementType>::max());
-    change_values(typed, [&](double old_value) {
-      const double product = factor * old_value;
-      if (std::isfinite(old_value) && std::abs(product) > kLargest) {
-        fail(path, grid,
-             fmt::format("holds {}, which is too large to be multiplied by {}", old_value, factor));
-      }
-      return product;
-    });
-  });
+  edit_floats(path, grid, [&](auto& typed) { multiply_all(path, typed, factor); });
 }
 
 void change_background(const std::filesystem::path& path, openvdb::GridBase& grid, double value) {

@@ -18,7 +18,9 @@ void crop_grid(const std::filesystem::path& path, openvdb::GridBase& grid, const
 
 /// Places the grid `factor` times as large, and as far from the world's origin. The distances of a level set
 /// grow with it, other values stay.
-void scale_grid(openvdb::GridBase& grid, double factor);
+/// errors: Error(file) where voxels would get too small or too wide for a transform to be inverted, or
+///         distances too large for their type
+void scale_grid(const std::filesystem::path& path, openvdb::GridBase& grid, double factor);
 
 /// The edits below are for numbers and vectors, whose components count alone; they see the values of active
 /// and inactive voxels and the background, and throw Error(file) for grids of truth values, and where the
@@ -26,7 +28,8 @@ void scale_grid(openvdb::GridBase& grid, double factor);
 /// Replaces NaN and infinite values.
 /// returns: how many voxels were changed; a tile counts with all of its own
 uint64_t replace_nan(const std::filesystem::path& path, openvdb::GridBase& grid, double value);
-/// Replaces values below `lowest`; the number changed. NaN stays.
+/// Replaces active values below `lowest`; the number changed. NaN stays. Inactive values and the background
+/// are raised to 0 at most, lest density appear where there was none.
 uint64_t raise_to(const std::filesystem::path& path, openvdb::GridBase& grid, double lowest);
 void multiply_values(const std::filesystem::path& path, openvdb::GridBase& grid, double factor);
 /// Inactive voxels that held the old background hold the new one.

@@ -75,6 +75,29 @@ TEST_F(Convert, changes_values_and_scale) {
   expect_mentions(info, "0.05 x 0.05 x 0.05 m");
 }
 
+TEST_F(Convert, a_lowest_value_makes_no_density_of_empty_space) {
+  const ProgramOutcome outcome = run({"convert", "a.raw", "a.vdb", "--min", "Smoke=3"});
+  EXPECT_EQ(outcome.err, "pileus: note: a.raw: grid \"Smoke\": 2 voxels raised by --min 3\n");
+  const std::string info = run({"info", "a.vdb"}).out;
+  expect_mentions(info, "range          3 to 7, background 0\n");
+  expect_mentions(info, "active voxels  7\n");
+}
+
+TEST_F(Convert, scales_only_to_what_can_be_read_again) {
+  for (const char* output : {"b.vdb", "b.nvdb", "b.df3", "b.npy", "b.raw"}) {
+    for (const char* factor : {"1e300", "1e32", "1e-6", "1e-300"}) {
+      expect_mentions(refusal({"a.raw", output, "--scale", factor}, 1),
+                      "a.raw: error: grid \"Smoke\" would get voxels of ");
+      EXPECT_FALSE(std::filesystem::exists(folder / output));
+    }
+    for (const char* factor : {"1e29", "1e-3"}) {
+      EXPECT_EQ(run({"convert", "a.raw", output, "--scale", factor}).exit_code, 0);
+      EXPECT_EQ(run({"info", output}).exit_code, 0) << output << " scaled by " << factor;
+      std::filesystem::remove(folder / output);
+    }
+  }
+}
+
 TEST_F(Convert, merges_and_refuses_two_of_one_name) {
   run({"convert", "a.raw", "a.vdb"});
   run({"convert", "a.raw", "b.vdb", "--rename", "Smoke=heat"});
@@ -126,9 +149,14 @@ TEST_F(Convert, refuses_what_it_cannot_do) {
   expect_mentions(refusal({"a.raw", "b.df3", "--bits", "12"}, 2), "--bits");
   expect_mentions(refusal({"a.raw", "b.nvdb", "--half"}, 2), "NanoVDB has no half floats");
   expect_mentions(refusal({"a.raw", "b.vdb", "--nan", "density=0"}, 2), "no grid \"density\" is taken over");
-  for (const char* text : {"Smoke", "=0", "Smoke=", "Smoke=x", "Smoke=nan", "Smoke=1e39"}) {
+  for (const char* text : {"Smoke", "=0", "Smoke=", "Smoke=x", "Smoke=nan"}) {
     expect_mentions(refusal({"a.raw", "b.vdb", "--multiply", text}, 2), "expected GRID=NUMBER");
   }
+  EXPECT_EQ(refusal({"a.raw", "b.vdb", "--multiply", "Smoke=1e39"}, 2),
+            "pileus: error: --multiply Smoke=1e39; expected a number up to 3.40282e+38\n");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--levelset-to-fog"}, 2),
+                  "none of the grids taken over is a level set");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--crop=5,5,5,6,6,6"}, 2), "--crop leaves no voxel of any grid");
   for (const char* text : {"0", "-1", "nan", "inf", "x"}) {
     expect_mentions(refusal({"a.raw", "b.vdb", "--scale", text}, 2), "--scale");
   }

@@ -46,16 +46,26 @@ TEST(CropGrid, refuses_turned_grids) {
 TEST(ScaleGrid, widens_space_and_distances) {
   auto fog = scattered_voxels(0.5);
   fog->transform().postTranslate(openvdb::Vec3d(3, 0, 0));
-  scale_grid(*fog, 0.01);
+  scale_grid("a.vdb", *fog, 0.01);
   EXPECT_NEAR(fog->indexToWorld(Coord(2, 0, 0)).x(), 0.04, 1e-12);
   EXPECT_EQ(fog->tree().getValue(Coord(16, 0, 0)), 2.0f);
   auto surface = make_grid("surface", openvdb::GRID_LEVEL_SET);
   surface->tree().root().setBackground(1.5f, true);
   surface->tree().setValueOn(Coord(0), -0.5f);
-  scale_grid(*surface, 2.0);
+  scale_grid("a.vdb", *surface, 2.0);
   EXPECT_EQ(surface->tree().getValue(Coord(0)), -1.0f);
   EXPECT_EQ(surface->tree().getValue(Coord(1)), 3.0f);
   EXPECT_EQ(surface->background(), 3.0f);
+}
+
+TEST(ScaleGrid, refuses_voxels_that_no_file_can_hold) {
+  for (const double factor : {1e300, 1e31, 1e-5, 1e-300}) {
+    auto fog = scattered_voxels(0.5);
+    expect_mentions(error_of([&] { scale_grid("a.vdb", *fog, factor); }), "would get voxels of");
+  }
+  auto surface = make_grid("surface", openvdb::GRID_LEVEL_SET);
+  surface->tree().setValueOn(Coord(0), 1e20f);
+  expect_mentions(error_of([&] { scale_grid("a.vdb", *surface, 1e20); }), "too large to be multiplied");
 }
 
 TEST(ReplaceNan, finds_them_in_voxels_tiles_and_around) {
@@ -89,6 +99,21 @@ TEST(RaiseTo, changes_lower_values_alone) {
   EXPECT_EQ(grid->tree().getValue(Coord(0)), 0.0f);
   EXPECT_EQ(grid->tree().getValue(Coord(1)), 2.0f);
   EXPECT_TRUE(std::isnan(grid->tree().getValue(Coord(2))));
+}
+
+TEST(RaiseTo, makes_no_density_of_empty_space) {
+  auto grid = make_grid();
+  grid->tree().setValueOn(Coord(0), 0.5f);
+  grid->tree().setValueOff(Coord(1), 0.25f);
+  grid->tree().setValueOff(Coord(2), -1.0f);
+  raise_to("a.vdb", *grid, 2.0);
+  EXPECT_EQ(grid->tree().getValue(Coord(0)), 2.0f);
+  EXPECT_EQ(grid->tree().getValue(Coord(1)), 0.25f);
+  EXPECT_EQ(grid->tree().getValue(Coord(2)), 0.0f) << "interpolation reads it, too";
+  EXPECT_EQ(grid->background(), 0.0f);
+  grid->tree().root().setBackground(-3.0f, true);
+  raise_to("a.vdb", *grid, -2.0);
+  EXPECT_EQ(grid->background(), -2.0f);
 }
 
 TEST(MultiplyValues, takes_all_floating_grids) {
