@@ -27,29 +27,30 @@ std::optional<int> as_int(const toml::node& node) {
   return int(value);
 }
 
-/// An array of exactly `count` numbers.
-std::optional<std::vector<double>> as_numbers(const toml::node& node, size_t count) {
+/// The part of a node by which it is no array of `count` values that `is_value` accepts: an element where
+/// only that is wrong, or the node itself; null where nothing is.
+template <class IsValue>
+const toml::node* misfit(const toml::node& node, size_t count, const IsValue& is_value) {
   const toml::array* array = node.as_array();
-  if (!array || array->size() != count) return std::nullopt;
-  std::vector<double> values;
+  if (!array || array->size() != count) return &node;
   for (const toml::node& element : *array) {
-    const std::optional<double> value = as_number(element);
-    if (!value) return std::nullopt;
-    values.push_back(*value);
+    if (!is_value(element)) return &element;
   }
-  return values;
+  return nullptr;
 }
 
-std::optional<std::vector<Vec2d>> as_points(const toml::node& node) {
+/// The same for a list of pairs of numbers.
+const toml::node* misfit_of_points(const toml::node& node) {
   const toml::array* array = node.as_array();
-  if (!array) return std::nullopt;
-  std::vector<Vec2d> points;
+  if (!array) return &node;
   for (const toml::node& element : *array) {
-    const auto pair = as_numbers(element, 2);
-    if (!pair) return std::nullopt;
-    points.push_back({(*pair)[0], (*pair)[1]});
+    if (const toml::node* part = misfit(element, 2, as_number)) return part;
   }
-  return points;
+  return nullptr;
+}
+
+Vec2d as_point(const toml::node& pair) {
+  return {*as_number((*pair.as_array())[0]), *as_number((*pair.as_array())[1])};
 }
 
 bool within(const Param& param, double value) {
@@ -90,12 +91,18 @@ ParamTable described(Plugin& plugin, const toml::table& table) {
   return anew;
 }
 
+/// As TOML writes it: 1.0 is no integer.
+std::string real_text(double value) {
+  const std::string text = fmt::format("{}", value);
+  return text.find_first_not_of("-0123456789") == std::string::npos ? text + ".0" : text;
+}
+
 }  // namespace
 
 std::string describe_node(const toml::node& node) {
   if (const auto* text = node.as_string()) return fmt::format("\"{}\"", text->get());
   if (const auto* integer = node.as_integer()) return fmt::format("{}", integer->get());
-  if (const auto* real = node.as_floating_point()) return fmt::format("{}", real->get());
+  if (const auto* real = node.as_floating_point()) return real_text(real->get());
   if (const auto* truth = node.as_boolean()) return truth->get() ? "true" : "false";
   if (const auto* array = node.as_array()) return fmt::format("an array of {}", array->size());
   if (node.is_table()) return "a table";
@@ -158,16 +165,12 @@ void ParamReader::read(const toml::table& table, ParamTable& params, const std::
 
 void ParamReader::set(Param& param, const toml::node& node, const std::string& owner) {
   const SourceLoc at = loc(node);
-  const auto expected = [&](std::string_view what) {
-    problem(at, fmt::format("{}: {} = {}; expected {}{}", owner, param.name, describe_node(node), what,
-                            range_hint(param)));
+  const auto expected_at = [&](const toml::node& part, std::string_view what) {
+    problem(loc(part),
+            fmt::format("{}: {} {} {}; expected {}{}", owner, param.name, &part == &node ? "=" : "holds",
+                        describe_node(part), what, range_hint(param)));
   };
-  const auto numbers = [&](size_t count, std::string_view what) {
-    const auto values = as_numbers(node, count);
-    if (!values) expected(what);
-    if (values) check_numbers(param, *values, at, owner);
-    return values;
-  };
+  const auto expected = [&](std::string_view what) { expected_at(node, what); };
 
   std::visit(
       Overload{
@@ -179,13 +182,13 @@ void ParamReader::set(Param& param, const toml::node& node, const std::string& o
           [&](int* target) {
             const std::optional<int> value = as_int(node);
             if (!value) return expected("an integer");
-            check_numbers(param, {double(*value)}, at, owner);
+            check_numbers(param, node, owner);
             *target = *value;
           },
           [&](double* target) {
             const std::optional<double> value = as_number(node);
             if (!value) return expected("a number");
-            check_numbers(param, {*value}, at, owner);
+            check_numbers(param, node, owner);
             *target = *value;
           },
           [&](std::string* target) {
@@ -205,24 +208,24 @@ void ParamReader::set(Param& param, const toml::node& node, const std::string& o
             m_files.push_back(*target);
           },
           [&](Vec2i* target) {
-            const toml::array* array = node.as_array();
-            const bool is_pair = array && array->size() == 2;
-            const std::optional<int> x = is_pair ? as_int((*array)[0]) : std::nullopt;
-            const std::optional<int> y = is_pair ? as_int((*array)[1]) : std::nullopt;
-            if (!x || !y) return expected("[integer, integer]");
-            check_numbers(param, {double(*x), double(*y)}, at, owner);
-            *target = Vec2i(*x, *y);
+            if (const auto* part = misfit(node, 2, as_int)) return expected_at(*part, "[integer, integer]");
+            check_numbers(param, node, owner);
+            const toml::array& array = *node.as_array();
+            *target = Vec2i(*as_int(array[0]), *as_int(array[1]));
           },
           [&](Vec3d* target) {
-            if (const auto values = numbers(3, "[number, number, number]")) {
-              *target = Vec3d((*values)[0], (*values)[1], (*values)[2]);
-            }
+            if (const auto* part = misfit(node, 3, as_number))
+              return expected_at(*part, "[number, number, number]");
+            check_numbers(param, node, owner);
+            const toml::array& array = *node.as_array();
+            *target = Vec3d(*as_number(array[0]), *as_number(array[1]), *as_number(array[2]));
           },
           [&](std::vector<Vec2d>* target) {
-            auto points = as_points(node);
-            if (!points) return expected("a list of pairs [[number, number], ...]");
-            for (const Vec2d& point : *points) check_numbers(param, {point.x, point.y}, at, owner);
-            *target = std::move(*points);
+            if (const auto* part = misfit_of_points(node))
+              return expected_at(*part, "a list of pairs [[number, number], ...]");
+            check_numbers(param, node, owner);
+            target->clear();
+            for (const toml::node& pair : *node.as_array()) target->push_back(as_point(pair));
           },
           [&](const ReferenceSlot& slot) {
             const auto* text = node.as_string();
@@ -280,17 +283,18 @@ void ParamReader::set(Param& param, const toml::node& node, const std::string& o
       param.target);
 }
 
-void ParamReader::check_numbers(const Param& param, const std::vector<double>& values, const SourceLoc& at,
-                                const std::string& owner) {
-  for (double value : values) {
-    if (!std::isfinite(value)) {
-      return problem(at, fmt::format("{}: {} = {} is not a finite number", owner, param.name, value));
-    }
-    if (!within(param, value)) {
-      return problem(at, fmt::format("{}: {} = {} is out of range; expected {}", owner, param.name, value,
-                                     range_text(param)));
-    }
+bool ParamReader::check_numbers(const Param& param, const toml::node& node, const std::string& owner) {
+  if (const toml::array* array = node.as_array()) {
+    return std::all_of(array->begin(), array->end(),
+                       [&](const toml::node& element) { return check_numbers(param, element, owner); });
   }
+  const double value = as_number(node).value();
+  const bool is_finite = std::isfinite(value);
+  if (is_finite && within(param, value)) return true;
+  problem(loc(node), is_finite ? fmt::format("{}: {} = {} is out of range; expected {}", owner, param.name,
+                                             value, range_text(param))
+                               : fmt::format("{}: {} = {} is not a finite number", owner, param.name, value));
+  return false;
 }
 
 std::shared_ptr<Plugin> ParamReader::make_plugin(const std::string& kind, const toml::node& node,

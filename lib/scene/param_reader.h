@@ -60,8 +60,8 @@ class ParamReader {
 
  private:
   void set(Param& param, const toml::node& node, const std::string& owner);
-  void check_numbers(const Param& param, const std::vector<double>& values, const SourceLoc& at,
-                     const std::string& owner);
+  /// Checks a number, or those in arrays up to the first that is wrong.
+  bool check_numbers(const Param& param, const toml::node& node, const std::string& owner);
 
   std::string m_file;
   std::filesystem::path m_folder;

@@ -1,4 +1,6 @@
 #include <algorithm>
+#include <cerrno>
+#include <cstring>
 #include <fstream>
 #include <iterator>
 #include <set>
@@ -313,7 +315,8 @@ std::string read_text(const std::filesystem::path& file) {
     throw Error(ErrorKind::file, file.string(), fmt::format("has {} bytes: too large for a scene", bytes));
   }
   std::ifstream stream(file, std::ios::binary);
-  if (!stream) throw Error(ErrorKind::file, file.string(), "cannot be opened");
+  if (!stream)
+    throw Error(ErrorKind::file, file.string(), fmt::format("cannot be opened: {}", std::strerror(errno)));
   return {std::istreambuf_iterator<char>(stream), std::istreambuf_iterator<char>()};
 }
 

@@ -50,9 +50,9 @@ base = { ellipsoid = { center = [0, 1], radii = [1, 1, 1] } }
       R"(scene.toml:4:1: error: camera: unknown parameter "fov_dge"; expected type, position, look_at, up or fov_deg; nearest: fov_deg
   fov_dge = 30
   ^
-scene.toml:7:14: error: light "sun": irradiance = -1 is out of range; expected >= 0
+scene.toml:7:15: error: light "sun": irradiance = -1 is out of range; expected >= 0
   irradiance = [-1, 0, 0]
-               ^
+                ^
 scene.toml:9:8: error: volume "a": unknown volume type "elipsoid"; expected box, cloud, ellipsoid, height_fog or vdb; nearest: ellipsoid
   type = "elipsoid"
          ^
