@@ -47,9 +47,15 @@ std::string accuracy_reached(const RenderReport& report) {
 }  // namespace
 
 void RenderCommand::complete_outputs() {
-  if (outputs.empty())
-    outputs.push_back(scene.input.stem().string() + (frames.empty() ? ".png" : ".%04d.png"));
+  const bool has_place = frames.empty() || has_frame_number(scene.input);
+  if (outputs.empty()) outputs.push_back(scene.input.stem().string() + (has_place ? ".png" : ".%04d.png"));
   for (const auto& output : outputs) check_image_name(output);
+  const bool has_exr = std::any_of(outputs.begin(), outputs.end(), [](const auto& output) {
+    return CLI::detail::to_lower(output.extension()) == ".exr";
+  });
+  if (half && !has_exr) {
+    throw Error(ErrorKind::usage, SourceLoc{}, "--half is about .exr files; none is to be written");
+  }
 }
 
 void RenderCommand::check_outputs(const Scene& loaded) const {
@@ -125,9 +131,11 @@ void RenderCommand::run_still() {
   Work work;
   work.start = Clock::now();
   complete_outputs();
-  for (const auto& output : outputs) {
-    if (!has_frame_number(output)) continue;
-    throw Error(ErrorKind::usage, output.string(),
+  std::vector<std::filesystem::path> names = outputs;
+  names.insert(names.begin(), scene.input);
+  for (const auto& name : names) {
+    if (!has_frame_number(name)) continue;
+    throw Error(ErrorKind::usage, name.string(),
                 "names a sequence of files; expected --frames FIRST-LAST, such as --frames 1-48");
   }
   const Scene loaded = scene.load(frame);
@@ -164,7 +172,8 @@ void add_render_command(CLI::App& app, int&) {
       ->type_name("X0,Y0,X1,Y1");
   CLI::Option* const frames = sub->add_option(
       "--frames", command->frames,
-      "a picture for each frame: 1-48, 1-48x4 for every fourth, or a list of such, 1,4,10-20");
+      "a picture for each frame: 1-48, 1-48x4 for every fourth, or a list of such, 1,4,10-20; of a scene, or "
+      "of volumes with numbers in their names");
   sub->add_option("--frame", command->frame, "the frame at which keyframes are read (default 0)")
       ->check(finite())
       ->excludes(frames);
@@ -187,7 +196,8 @@ void add_render_command(CLI::App& app, int&) {
       "  pileus render scene.toml -o a.exr -o a.png --tolerance 0.0005 --report a.json\n"
       "  pileus render scene.toml -o wide.png --size 1920x800 --set camera.fov_deg=55\n"
       "  pileus render scene.toml -o quick.png --time-limit 2\n"
-      "  pileus render morph.toml -o morph.%04d.exr --frames 1-48 --resume");
+      "  pileus render morph.toml -o morph.%04d.exr --frames 1-48 --resume\n"
+      "  pileus render smoke.%04d.vdb -o smoke.%04d.png --frames 1-48");
   sub->callback([command] { command->run(); });
 }
 

@@ -73,17 +73,29 @@ class FrameSequence {
       throw Error(ErrorKind::usage, output.string(),
                   "has no place for the number of a frame; expected one such as frame.%04d.exr");
     }
-    if (command.scene.input.extension() != ".toml") {
-      throw Error(ErrorKind::usage, command.scene.input.string(),
-                  "does not change from frame to frame; --frames expects a scene (.toml)");
+    const std::filesystem::path& input = command.scene.input;
+    if (!is_scene(input) && !has_frame_number(input)) {
+      throw Error(ErrorKind::usage, input.string(),
+                  "does not change from frame to frame; --frames expects a scene (.toml), or volumes with a "
+                  "place for the number, such as smoke.%04d.vdb");
     }
     return command;
   }
 
-  /// The command of one frame.
+  static bool is_scene(const std::filesystem::path& input) { return input.extension() == ".toml"; }
+
+  /// The command of one frame. Bare volumes are all shown as the last one: a camera and an extinction that
+  /// fit each of them anew would jump.
   RenderCommand at(int number) const {
     RenderCommand command = m_command;
     command.frame = number;
+    const std::filesystem::path& input = m_command.scene.input;
+    if (is_scene(input)) {
+      command.scene.input = frame_name(input, number);
+    } else {
+      command.scene.input = frame_name(input, m_numbers.back());
+      command.scene.overrides.push_back("volume.volume.file=" + frame_name(input, number).string());
+    }
     for (auto& output : command.outputs) output = frame_name(output, number);
     return command;
   }
@@ -100,6 +112,7 @@ class FrameSequence {
       in_frame(number, [&] {
         const RenderCommand command = at(number);
         const Scene loaded = command.scene.load(number);
+        check_file(number);
         m_is_whole[number] = m_command.resume && is_whole(command, origin_of(command, loaded));
         if (m_is_whole[number]) return;
         command.check_outputs(loaded);
@@ -107,6 +120,12 @@ class FrameSequence {
       });
     }
     m_todo = m_left;
+  }
+
+  void check_file(int number) const {
+    const std::filesystem::path file = frame_name(m_command.scene.input, number);
+    std::error_code unknown;
+    if (!std::filesystem::exists(file, unknown)) throw Error(ErrorKind::file, file.string(), "no such file");
   }
 
   /// True where all pictures of a frame can be read to their ends and were made of the same.
@@ -135,7 +154,9 @@ class FrameSequence {
     RenderCommand::Work work;
     work.start = Clock::now();
     const Scene loaded = command.scene.load(number);
-    m_kept.keys = volume_keys(command.scene.input, command.scene.all_overrides(), number);
+    if (is_scene(command.scene.input)) {
+      m_kept.keys = volume_keys(command.scene.input, command.scene.all_overrides(), number);
+    }
     work.kept = &m_kept;
     work.load_seconds = seconds_since(work.start);
     work.comments = origin_of(command, loaded);

@@ -99,9 +99,45 @@ TEST_F(RenderFrames, refuse_names_and_lists_that_cannot_be) {
   }
   EXPECT_EQ(error({"render", "scene.toml", "--frames", "1-3,2", "-o", "a.%d.exr"}),
             "pileus: error: --frames 1-3,2 names frame 2 twice\n");
-  EXPECT_EQ(error({"render", "cloud.vdb", "--frames", "1-3", "-o", "a.%d.exr"}),
-            "cloud.vdb: error: does not change from frame to frame; --frames expects a scene (.toml)\n");
+  EXPECT_EQ(
+      error({"render", "cloud.vdb", "--frames", "1-3", "-o", "a.%d.exr"}),
+      "cloud.vdb: error: does not change from frame to frame; --frames expects a scene (.toml), or volumes "
+      "with a place for the number, such as smoke.%04d.vdb\n");
   EXPECT_EQ(folder.file_count(), 1u);
+}
+
+TEST_F(RenderFrames, may_be_numbered_volumes) {
+  for (const int frame : {1, 2, 3}) {
+    const std::string raw = "a." + std::to_string(frame) + ".raw";
+    write(raw, std::string(8, char(frame)));
+    write(raw + ".json", R"({"pileus_volume": 1, "type": "uint8", "size": [2, 2, 2], "grid": "density"})");
+  }
+  output({"convert", "a.%d.raw", "a.%04d.vdb", "--frames", "1-3"});
+  const std::vector<std::string> arguments{"render", "a.%04d.vdb", "--frames", "1-3",
+                                           "-o",     "a.%d.exr",   "--size",   "16x16"};
+  output(arguments);
+  const Image first = read_image(folder / "a.1.exr"), last = read_image(folder / "a.3.exr");
+  EXPECT_FALSE(have_equal_pixels(first, last)) << "each frame has a file of its own";
+  output({"render", "a.0003.vdb", "-o", "still.exr", "--size", "16x16"});
+  EXPECT_TRUE(have_equal_pixels(read_image(folder / "still.exr"), last));
+
+  fs::remove(folder / "a.2.exr");
+  std::vector<std::string> again = arguments;
+  again.push_back("--resume");
+  const std::string told = output(again);
+  EXPECT_EQ(told.find("a.1.exr: is there\na.2.exr: 16 x 16 pixels in "), 0u) << told;
+  EXPECT_NE(told.find("a.3.exr: is there\n"), std::string::npos) << told;
+
+  output({"render", "a.%04d.vdb", "--frames", "2", "--size", "16x16"});
+  EXPECT_TRUE(fs::exists(folder / "a.0002.png"));
+  EXPECT_EQ(error({"render", "a.%04d.vdb", "-o", "b.png"}),
+            "a.%04d.vdb: error: names a sequence of files; expected --frames FIRST-LAST, such as --frames "
+            "1-48\n");
+  fs::remove(folder / "a.0001.vdb");
+  const ProgramOutcome missing = run({"render", "a.%04d.vdb", "--frames", "1-3", "-o", "b.%d.exr"});
+  EXPECT_EQ(missing.exit_code, 1);
+  EXPECT_EQ(missing.err, "a.0001.vdb: error: frame 1: no such file\n");
+  EXPECT_FALSE(fs::exists(folder / "b.1.exr"));
 }
 
 TEST_F(RenderFrames, name_the_frame_of_an_error_before_any_is_rendered) {
