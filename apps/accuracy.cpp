@@ -238,7 +238,9 @@ void add_accuracy_command(CLI::App& app, int&) {
       ->type_name("LIST")
       ->delimiter(',');
   sub->add_option("--budget", command->budget,
-                  "search the best accuracy for this time instead, such as 0.5s; needs no DIR")
+                  "search the best accuracy for this time instead, such as 0.5s; needs no DIR. The search "
+                  "itself takes "
+                  "the time of a reference picture and some 10 times S for each method")
       ->type_name("S");
   sub->add_option("--run-limit", options.run_limit, "give a run up that takes longer (default: 20)")
       ->type_name("S")

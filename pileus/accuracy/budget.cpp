@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "integrators/default_step.h"
 #include "lib/core/error.h"
@@ -13,7 +14,7 @@ namespace {
 constexpr double kFactor = 4.0;      ///< between settings until the limit is bracketed
 constexpr int kMostRungs = 8;        ///< of that
 constexpr int kInterpolations = 2;   ///< after that
-constexpr double kHopeless = 4.0;    ///< times the budget: a run is given up
+constexpr double kHopeless = 2.0;    ///< times the budget: a run is given up
 constexpr double kNearlyAll = 0.93;  ///< of the budget: aimed at, as times vary
 
 /// The search along one method's settings.
@@ -28,6 +29,7 @@ class MethodSearch {
 
   void search(AccuracySetting start, const std::function<void(double)>& progress) {
     AccuracySetting setting = std::move(start);
+    const int repeat = std::exchange(m_options.repeat, 1);  // on the way to the limit once is enough
     const bool begins_within = measure(setting);
     for (int rung = 1; rung < kMostRungs; ++rung) {
       progress(double(rung) / (kMostRungs + kInterpolations));
@@ -35,6 +37,7 @@ class MethodSearch {
       setting.value() *= begins_within ? 1.0 / kFactor : kFactor;
       if (measure(setting) != begins_within) break;
     }
+    m_options.repeat = repeat;
     for (int n = 0; n < kInterpolations && m_within && m_beyond; ++n) {
       setting.value() = interpolated();
       measure(setting);

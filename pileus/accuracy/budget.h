@@ -15,8 +15,9 @@ struct BudgetAnswer {
 };
 
 /// Searches every method for its finest setting that builds and renders within `seconds`: settings are made
-/// four times finer (or coarser) until the limit lies between two of them, then interpolated. Without
-/// options.methods, integrators are taken as they come. Throws Error(failed) where nothing is fast enough.
+/// four times finer (or coarser) until the limit lies between two of them, each timed once, then
+/// interpolated. Without options.methods, integrators are taken as they come. Throws Error(failed) where
+/// nothing is fast enough.
 BudgetAnswer best_within(const Scene& scene, double seconds, const AccuracyOptions& options);
 
 }  // namespace pileus
