@@ -132,11 +132,17 @@ size_t count_of(const std::vector<Finding>& findings, Severity severity) {
                               [&](const Finding& finding) { return finding.severity == severity; }));
 }
 
+/// "1 error", "2 errors".
+std::string counted(const std::vector<Finding>& findings, Severity severity) {
+  const size_t count = count_of(findings, severity);
+  return fmt::format("{} {}{}", count, name_of(severity), count == 1 ? "" : "s");
+}
+
 /// The doctor's verdict, worst findings first.
 void print_verdict(const std::vector<Finding>& findings) {
-  fmt::print("\n{}: {} errors, {} warnings, {} notes\n",
-             count_of(findings, Severity::error) > 0 ? "ill" : "healthy", count_of(findings, Severity::error),
-             count_of(findings, Severity::warning), count_of(findings, Severity::note));
+  fmt::print("\n{}: {}, {}, {}\n", count_of(findings, Severity::error) > 0 ? "ill" : "healthy",
+             counted(findings, Severity::error), counted(findings, Severity::warning),
+             counted(findings, Severity::note));
   for (const Severity severity : {Severity::error, Severity::warning, Severity::note}) {
     for (const Finding& finding : findings) {
       if (finding.severity != severity) continue;

@@ -9,6 +9,7 @@
 
 #include "apps/commands.h"
 #include "apps/interrupt.h"
+#include "apps/unknown_argument.h"
 #include "lib/core/error.h"
 #include "lib/core/memory_budget.h"
 #include "lib/core/registry.h"
@@ -77,6 +78,7 @@ int run(int argc, char** argv) {
   CLI::App app("pileus renders volumetric scenes with numbers that can be trusted.", "pileus");
   app.set_version_flag("--version", std::string("pileus ") + kVersion);
   app.require_subcommand(1);
+  app.failure_message(wrong_usage_text);
   app.fallthrough();
   app.footer(
       "Examples:\n"

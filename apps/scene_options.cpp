@@ -1,5 +1,7 @@
 #include "apps/scene_options.h"
 
+#include <algorithm>
+
 #include <fmt/format.h>
 
 #include "apps/numbers.h"
@@ -9,10 +11,13 @@
 namespace pileus {
 
 std::string size_override(const std::string& text) {
+  constexpr int kMost = 65536;
   const auto size = parse_integers<2>(text, 'x');
-  if (!size) {
+  const auto is_size = [](int number) { return 1 <= number && number <= kMost; };
+  if (!size || !std::all_of(size->begin(), size->end(), is_size)) {
     throw Error(ErrorKind::usage, SourceLoc{},
-                fmt::format("--size {}; expected WIDTHxHEIGHT, such as 960x540", text));
+                fmt::format("--size {}; expected WIDTHxHEIGHT from 1x1 to {}x{}, such as 960x540", text,
+                            kMost, kMost));
   }
   return fmt::format("render.size=[{}, {}]", (*size)[0], (*size)[1]);
 }
