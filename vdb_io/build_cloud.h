@@ -37,11 +37,10 @@ struct CloudBuildCounters {
 /// density decide cubes of 128^3 to 4^3 voxels before anything is evaluated in them. Uses parallel_for;
 /// the grid is the same bit for bit whatever the number of threads. `progress` is called from one thread at a
 /// time.
-/// errors: Error(usage) where voxel_size is negative, or so small that the grid would exceed max_voxels,
-/// could
-///         exceed max_bytes or the memory budget (the message names a size that fits), or would exceed the
-///         range of voxel indices; or so large that no voxel lies in the cloud's bounds. All are found before
-///         memory is asked for. Error(cancelled) where progress says so.
+/// errors: Error(usage) where voxel_size is negative, or so small that the grid would exceed max_voxels or
+///         the range of voxel indices, or could exceed max_bytes or the memory budget (the message names a
+///         size that fits); or so large that no voxel lies in the cloud's bounds. All are found before memory
+///         is asked for. Error(cancelled) where progress says so.
 openvdb::FloatGrid::Ptr build_cloud(const ProceduralCloud& cloud, const CloudGridOptions& options,
                                     CloudBuildCounters* counters = nullptr);
 

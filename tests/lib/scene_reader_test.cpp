@@ -127,7 +127,7 @@ TEST(SceneReader, types_are_held_to) {
   EXPECT_EQ(problem_of("render.size = [9999999999, 2]"), "16: error: render: size holds 9999999999; " + size);
   EXPECT_EQ(problem_of("render.size = 4"), "15: error: render: size = 4; " + size);
   EXPECT_EQ(problem_of("render.pixel_samples = 2.0"),
-            "24: error: render: pixel_samples = 2; expected an integer (1 <= pixel_samples <= 64)");
+            "24: error: render: pixel_samples = 2.0; expected an integer (1 <= pixel_samples <= 64)");
   EXPECT_EQ(problem_of("render.pixel_samples = true"),
             "24: error: render: pixel_samples = true; expected an integer (1 <= pixel_samples <= 64)");
   EXPECT_EQ(problem_of("render.seed = 2147483648"),
