@@ -130,10 +130,10 @@ World build_world(const Scene& scene, LoadedVolumes loaded) {
   std::vector<const Shape*> shapes;
   for (const auto& shape : world.shapes) shapes.push_back(shape.get());
   world.index = std::make_shared<const ShapeIndex>(std::move(shapes));
-  for (const auto& [name, fog] : scene.fogs) {
-    if (!fog->is_visible()) continue;
-    const Illumination sun = named_errors("fog", name, [&] { return sun_of(*fog, scene); });
-    world.fogs.push_back({name, fog, {view_axis(*scene.camera), sun}});
+  for (const Named<FogModel>& fog : scene.fogs) {
+    if (!fog.object->is_visible()) continue;
+    const Illumination sun = named_errors("fog", fog.name, [&] { return sun_of(*fog.object, scene); });
+    world.fogs.push_back({fog.name, fog.object, {view_axis(*scene.camera), sun}});
   }
   world.background = scene.background;
   world.camera = scene.camera;
