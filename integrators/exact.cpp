@@ -57,30 +57,40 @@ class ExactTile {
     }
   }
 
-  /// The rays from the camera that come next: neighbours.
-  void look_ahead(std::span<const Ray> rays) {
-    constexpr size_t kFewest = 16;  // rays for which one look pays
-    if (m_plan.surfaces && rays.size() >= kFewest) clear_distances(m_world, rays, m_clear);
+  /// Traces neighbouring rays from the camera: what they meet, and without media the shadows there, is asked
+  /// of them together.
+  void trace(std::span<const Ray> rays, std::span<RayResult> results) {
+    m_hits.assign(rays.size(), std::nullopt);
+    if (m_plan.surfaces) {
+      constexpr size_t kFewest = 16;  // rays for which one look pays
+      std::vector<double> clear;
+      if (rays.size() >= kFewest) clear_distances(m_world, rays, clear);
+      nearest_surfaces(m_world, rays, m_ends.sight({}), clear, m_hits);
+      if (!m_plan.media) m_ends.light_points(rays, m_hits, m_lit, counters);
+    }
+    for (size_t i = 0; i < rays.size(); ++i) results[i] = trace(rays[i], {}, m_hits[i], i);
   }
 
-  RayResult trace(const Ray& ray, const RayPath& path = {}) {
+  TraceCounters counters;
+
+ private:
+  RayResult trace(const Ray& ray, const RayPath& path) {
+    const Segment view{0.0, std::numeric_limits<double>::infinity()};
+    return trace(ray, path, nearest_surface(m_world, ray, view, m_ends.sight(path)), 0);
+  }
+
+  ///   number: of a ray from the camera
+  RayResult trace(const Ray& ray, const RayPath& path, const std::optional<WorldHit>& hit, size_t number) {
     RayResult result;
     result.error = 0.0;
     m_tolerance = share_of_tolerance(path);
     const uint64_t samples_before = counters.samples();
-    const Segment view{0.0, std::numeric_limits<double>::infinity()};
-    std::optional<WorldHit> hit;
-    if (m_plan.surfaces) {
-      const bool is_first = path.bounces == 0;
-      hit = nearest_surface(m_world, ray, view, m_ends.sight(path),
-                            is_first ? std::span<const double>(m_clear) : std::span<const double>());
-    }
     if (hit) result.z_first = hit->t;
-    const double t_end = hit ? hit->t : view.t1;
+    const double t_end = hit ? hit->t : std::numeric_limits<double>::infinity();
     if (m_plan.fog) m_fog.build(ray, t_end, path.bounces == 0);
-    if (m_plan.media) add_media(ray, {view.t0, t_end}, result);
+    if (m_plan.media) add_media(ray, {0.0, t_end}, result);
     if (m_plan.fog) put_fog_before_end(result);
-    if (result.transmittance > 0.0) add_end(ray, hit, path, result);
+    if (result.transmittance > 0.0) add_end(ray, hit, path, number, result);
     if (hit) {
       if (!std::isfinite(result.z_half)) result.z_half = hit->t;
       result.transmittance = 0.0;
@@ -89,9 +99,6 @@ class ExactTile {
     return result;
   }
 
-  TraceCounters counters;
-
- private:
   /// Halved from surface to surface where rays go on, so that the errors of all add up to the tolerance.
   double share_of_tolerance(const RayPath& path) const {
     return m_plan.secondary_rays() ? std::ldexp(m_whole_tolerance, -1 - path.bounces) : m_whole_tolerance;
@@ -99,7 +106,8 @@ class ExactTile {
 
   /// What is seen at the end of the ray; the last thing that is asked of it, as rays that go on from there
   /// take the place of this one.
-  void add_end(const Ray& ray, const std::optional<WorldHit>& hit, const RayPath& path, RayResult& result) {
+  void add_end(const Ray& ray, const std::optional<WorldHit>& hit, const RayPath& path, size_t number,
+               RayResult& result) {
     const double passed = result.transmittance;
     const auto depth = [&](const Ray& shadow, Segment segment) {
       return media_depth(shadow, segment, kOpaqueTau);
@@ -109,7 +117,11 @@ class ExactTile {
       result.error += passed * largest(next.weight) * seen.error;
       return seen.radiance;
     };
-    result.radiance += passed * m_ends.radiance(ray, hit, path, passed, counters, depth, go_on);
+    const bool is_lit_ahead = hit && path.bounces == 0 && !m_plan.media;
+    result.radiance +=
+        passed * (is_lit_ahead ? m_ends.radiance(ray, *hit, path, passed, m_lit.points[number],
+                                                 m_lit.lights_at(number), counters, go_on)
+                               : m_ends.radiance(ray, hit, path, passed, counters, depth, go_on));
   }
 
   void add_media(const Ray& ray, Segment segment, RayResult& result) {
@@ -340,7 +352,8 @@ class ExactTile {
   double m_whole_tolerance;
   double m_tolerance = 0.0;  ///< of the present ray
   RayProfile m_profile;
-  std::vector<double> m_clear;  ///< before rays from the camera, per shape
+  std::vector<std::optional<WorldHit>> m_hits;  ///< of the rays from the camera
+  RayEnds::LitPoints m_lit;                     ///< theirs; without media only
   std::vector<double> m_cuts;
   std::vector<size_t> m_ambient;  ///< media in the light of a sky
   RayFog m_fog;
@@ -371,8 +384,7 @@ class ExactTracer final : public Tracer {
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     ExactTile tile(m_world, m_plan, m_ends, m_fog, m_tolerance);
-    tile.look_ahead(rays);
-    for (size_t i = 0; i < rays.size(); ++i) results[i] = tile.trace(rays[i]);
+    tile.trace(rays, results);
     tile.counters.add_to(counters);
   }
 

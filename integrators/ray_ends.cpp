@@ -77,6 +77,44 @@ void RayEnds::add_textures(const Ray& ray, const WorldHit& hit, SurfacePoint& po
   }
 }
 
+void RayEnds::light_points(std::span<const Ray> rays, std::span<const std::optional<WorldHit>> hits,
+                           LitPoints& lit, TraceCounters& counters) const {
+  lit.points.resize(rays.size());
+  lit.light_counts.assign(rays.size(), 0);
+  lit.most_lights = m_world.lights.size();
+  lit.lights.resize(rays.size() * lit.most_lights);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    if (hits[i]) lit.points[i] = surface_point(rays[i], *hits[i], {}, counters);
+  }
+  std::vector<Ray> shadows;
+  std::vector<Segment> segments;
+  std::vector<RaySight> sights;
+  std::vector<Illumination*> asked;
+  std::vector<char> occluded;
+  for (const auto& light : m_world.lights) {
+    shadows.clear(), segments.clear(), sights.clear(), asked.clear();
+    for (size_t i = 0; i < rays.size(); ++i) {
+      if (!hits[i]) continue;
+      const SurfacePoint& point = lit.points[i];
+      const Illumination here = light->at(point.p);
+      if (dot(point.n, here.wi) <= 0.0) continue;  // from behind: nothing of it shows
+      Illumination& place = lit.lights[i * lit.most_lights + lit.light_counts[i]++];
+      place = here;
+      asked.push_back(&place);
+      shadows.push_back({point.p, here.wi});
+      segments.push_back({0.0, here.distance});
+      sights.push_back({0.0, point.footprint, 0.0});
+    }
+    if (!m_plan.surface_shadows || shadows.empty()) continue;
+    counters.surface_shadow_rays += shadows.size();
+    occluded.resize(shadows.size());
+    find_occluded(m_world, shadows, segments, sights, occluded);
+    for (size_t n = 0; n < asked.size(); ++n) {
+      if (occluded[n]) asked[n]->irradiance = Rgb(0.0);
+    }
+  }
+}
+
 /// What solids let through of the light between the ray's origin and its end.
 Rgb RayEnds::leg_transmittance(const WorldHit& hit, const RayPath& path) const {
   const Rgb tau = hit.t * absorption_before(hit, path);

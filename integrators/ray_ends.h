@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "integrators/lighting.h"
@@ -49,11 +50,35 @@ class RayEnds {
           transmittance(depth_to_light(m_world, m_plan, point.p, here, counters, media_depth, shadows));
       lights.push_back(here);
     }
-    const Rgb lit = point.opacity * hit->shape->shader->shade(point, -ray.d, lights);
+    return radiance(ray, *hit, path, passed, point, lights, counters, go_on);
+  }
+
+  /// Where neighbouring rays from the camera end, and the lights there.
+  struct LitPoints {
+    std::vector<SurfacePoint> points;  ///< of each ray; unset where it meets nothing
+    std::vector<size_t> light_counts;
+    std::vector<Illumination> lights;  ///< [ray][light]: the first of each ray are told; black behind solids
+    size_t most_lights = 0;
+
+    std::span<const Illumination> lights_at(size_t ray) const {
+      return std::span(lights).subspan(ray * most_lights, light_counts[ray]);
+    }
+  };
+
+  /// Asks for the shadows of all ends together; for worlds without media.
+  void light_points(std::span<const Ray> rays, std::span<const std::optional<WorldHit>> hits, LitPoints& lit,
+                    TraceCounters& counters) const;
+
+  /// The radiance from a point that is lit by these lights.
+  template <class GoOn>
+  Rgb radiance(const Ray& ray, const WorldHit& hit, const RayPath& path, double passed,
+               const SurfacePoint& point, std::span<const Illumination> lights, TraceCounters& counters,
+               GoOn&& go_on) const {
+    const Rgb lit = point.opacity * hit.shape->shader->shade(point, -ray.d, lights);
     if (!m_plan.secondary_rays()) return lit;
-    const Rgb leg = leg_transmittance(*hit, path);
+    const Rgb leg = leg_transmittance(hit, path);
     Rgb sum = leg * lit;
-    for (const SecondaryRay& next : secondary_rays(ray, *hit, point, path, leg, passed, counters)) {
+    for (const SecondaryRay& next : secondary_rays(ray, hit, point, path, leg, passed, counters)) {
       sum += next.weight * go_on(next);
     }
     return sum;

@@ -1,12 +1,15 @@
 #include "lib/freeform/form_tracer.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <limits>
 #include <utility>
 #include <variant>
 
 #include "lib/freeform/form_bounds.h"
 #include "lib/freeform/joined_form.h"
+#include "lib/math/beam.h"
 #include "lib/math/box.h"
 
 namespace pileus {
@@ -14,6 +17,9 @@ namespace pileus {
 namespace {
 
 constexpr double kPrecision = 0x1p-20;  ///< of subdivision, in units of the stretch in a form's bounds
+
+constexpr double kNever = std::numeric_limits<double>::infinity();
+constexpr double kUndecided = std::numeric_limits<double>::quiet_NaN();
 
 /// The form of a node on its own: nodes are in post-order, so what comes later is not part of it.
 FormProgram part(const FormProgram& program, int index) {
@@ -60,9 +66,31 @@ std::unique_ptr<FormTracer::Node> FormTracer::make(const FormProgram& program, i
 }
 
 FormTracer::FormTracer(const FreeForm& form, TraceMethod method)
-    : m_method(method), m_root(make(form.program(), form.program().root())) {}
+    : m_method(method), m_root(make(form.program(), form.program().root())) {
+  if (method == TraceMethod::newton) add_operands(*m_root);
+}
 
 FormTracer::~FormTracer() = default;
+
+void FormTracer::add_operands(const Node& node) {
+  if (!node.leaf && node.join == Join::unite) {
+    add_operands(*node.a);
+    add_operands(*node.b);
+    return;
+  }
+  const PlainForm* plain = node.leaf ? std::get_if<PlainForm>(&*node.leaf) : nullptr;
+  Operand operand{&node, plain, {}};
+  if (plain) {
+    // So much wider than where it acts that no ray outside could think it acts, for all its rounding.
+    const double size = length(node.bounds.max - node.bounds.min) + length(node.bounds.max);
+    for (const FormTerm& term : plain->perturbations()) {
+      Box3d box = term.quadric.bounds();
+      const Vec3d margin(1e-9 * (length(box.max - box.min) + size));
+      operand.perturbation_bounds.push_back({box.min - margin, box.max + margin});
+    }
+  }
+  m_operands.push_back(std::move(operand));
+}
 
 void FormTracer::trace(const Node& leaf, const Ray& ray, const Segment& segment, const Segment& clipped,
                        StretchList& found, TraceWork& work) const {
@@ -145,6 +173,94 @@ std::optional<double> FormTracer::first_crossing(const Ray& ray, const Segment& 
     if (crossing_in_segment(part.t1)) return part.t1;
   }
   return std::nullopt;
+}
+
+void FormTracer::cross(const Operand& operand, std::span<const Ray> rays, std::span<const Segment> segments,
+                       Asked asked, std::span<double> t) const {
+  CrossingRays packet;
+  std::array<size_t, CrossingRays::kMost> numbers;
+  std::array<Segment, CrossingRays::kMost> stretches;
+  Beam beam;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    if (std::isnan(t[i]) || (asked == Asked::whether && t[i] != kNever)) continue;
+    const Segment clipped =
+        clip_to_box(rays[i], {segments[i].t0, std::min(segments[i].t1, t[i])}, operand.node->bounds);
+    if (!(clipped.t0 < clipped.t1) || !std::isfinite(clipped.length())) continue;
+    if (!operand.plain) {
+      TraceWork work;
+      const Segments found = inside(*operand.node, rays[i], segments[i], work);
+      if (!found.empty()) t[i] = found.front().t0 > segments[i].t0 ? found.front().t0 : kUndecided;
+      continue;
+    }
+    const StretchList stretch(clipped, true);
+    numbers[packet.count] = i;
+    stretches[packet.count] = clipped;
+    packet.add(AnchoredRay(rays[i], stretch.middle()), stretch.local());
+    beam.o.extendBy(rays[i].o);
+    beam.d.extendBy(rays[i].d);
+  }
+  if (packet.count == 0) return;
+
+  const std::span<const FormTerm> all = operand.plain->perturbations();
+  thread_local std::vector<const FormTerm*> near;
+  near.clear();
+  for (size_t k = 0; k < all.size(); ++k) {
+    if (!beam.inside(operand.perturbation_bounds[k]).empty()) near.push_back(&all[k]);
+  }
+  find_crossings(operand.plain->base(), near, asked, packet);
+  for (size_t n = 0; n < packet.count; ++n) {
+    double& nearest = t[numbers[n]];
+    if (asked == Asked::whether || !std::isfinite(packet.t[n])) {
+      if (packet.t[n] != kNever) nearest = packet.t[n];
+      continue;
+    }
+    StretchList found(stretches[n], true);
+    found.sign_from(found.local().t0, false);
+    found.sign_from(packet.t[n], true);
+    const double at = *found.first();
+    const Segment& segment = segments[numbers[n]];
+    if (!(at > segment.t0)) {
+      nearest = kUndecided;
+    } else if (at < std::min(segment.t1, nearest)) {
+      nearest = at;
+    }
+  }
+}
+
+void FormTracer::cross(std::span<const Ray> rays, std::span<const Segment> segments, Asked asked,
+                       std::span<double> t) const {
+  Beam beam;
+  for (const Ray& ray : rays) {
+    beam.o.extendBy(ray.o);
+    beam.d.extendBy(ray.d);
+  }
+  if (m_operands.empty()) std::fill(t.begin(), t.end(), kUndecided);
+  for (const Operand& operand : m_operands) {
+    if (beam.inside(operand.node->bounds).empty()) continue;
+    for (size_t first = 0; first < rays.size(); first += CrossingRays::kMost) {
+      const size_t count = std::min(CrossingRays::kMost, rays.size() - first);
+      cross(operand, rays.subspan(first, count), segments.subspan(first, count), asked,
+            t.subspan(first, count));
+    }
+  }
+  for (size_t i = 0; i < rays.size(); ++i) {
+    if (std::isnan(t[i])) t[i] = first_crossing(rays[i], segments[i]).value_or(kNever);
+  }
+}
+
+void FormTracer::first_crossings(std::span<const Ray> rays, std::span<const Segment> segments,
+                                 std::span<double> t) const {
+  std::fill(t.begin(), t.end(), kNever);
+  cross(rays, segments, Asked::where, t);
+}
+
+void FormTracer::find_met(std::span<const Ray> rays, std::span<const Segment> segments,
+                          std::span<char> met) const {
+  thread_local std::vector<double> t;
+  t.resize(rays.size());
+  for (size_t i = 0; i < rays.size(); ++i) t[i] = met[i] ? 0.0 : kNever;
+  cross(rays, segments, Asked::whether, t);
+  for (size_t i = 0; i < rays.size(); ++i) met[i] = t[i] != kNever;
 }
 
 Segments inside(const FreeForm& form, const Ray& ray, const Segment& segment) {

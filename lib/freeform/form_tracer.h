@@ -2,8 +2,11 @@
 
 #include <memory>
 #include <optional>
+#include <span>
+#include <vector>
 
 #include "lib/freeform/free_form.h"
+#include "lib/freeform/kernels/crossing_kernel.h"
 #include "lib/freeform/plain_form.h"
 #include "lib/math/ray.h"
 #include "lib/math/segments.h"
@@ -35,11 +38,33 @@ class FormTracer {
   std::optional<double> first_crossing(const Ray& ray, const Segment& segment,
                                        TraceWork* work = nullptr) const;
 
+  /// first_crossing of neighbouring rays, many at a time: t is infinite where there is none. What the beam of
+  /// all of them does not meet, the form or a perturbation, is left out for all. Crossings agree with those
+  /// of first_crossing to rounding; the answer to a ray does not depend on the rays beside it.
+  void first_crossings(std::span<const Ray> rays, std::span<const Segment> segments,
+                       std::span<double> t) const;
+
+  /// Sets `met` of those rays that have a crossing; the others keep theirs, and those whose `met` is set are
+  /// not asked.
+  void find_met(std::span<const Ray> rays, std::span<const Segment> segments, std::span<char> met) const;
+
   /// The form near its surface: of operands of sharp joins, the one that makes the surface there.
   FormAtPoint at(const Vec3d& p) const;
 
  private:
   struct Node;
+
+  /// What rays from outside may enter: the form is the union of all operands.
+  struct Operand {
+    const Node* node;
+    const PlainForm* plain;                  ///< null: asked ray by ray
+    std::vector<Box3d> perturbation_bounds;  ///< outside of each, a perturbation surely does not act
+  };
+  void add_operands(const Node& node);
+  void cross(std::span<const Ray> rays, std::span<const Segment> segments, Asked asked,
+             std::span<double> t) const;
+  void cross(const Operand& operand, std::span<const Ray> rays, std::span<const Segment> segments,
+             Asked asked, std::span<double> t) const;
   static std::unique_ptr<Node> make(const FormProgram& program, int index);
   static FormAtPoint at(const Node& node, const Vec3d& p);
   Segments inside(const Node& node, const Ray& ray, const Segment& segment, TraceWork& work) const;
@@ -48,6 +73,7 @@ class FormTracer {
 
   TraceMethod m_method;
   std::unique_ptr<Node> m_root;
+  std::vector<Operand> m_operands;
 };
 
 /// The same for one ray.

@@ -266,7 +266,12 @@ class FormAlongRay {
       ((here.f >= 0) == starts_inside ? t.t0 : t.t1) = at;
       const double next = at - here.f / here.slope;
       const bool is_near = std::fabs(next - at) <= 4 * kDoubleRoundoff * std::fabs(at);
-      if (is_near || std::fabs(here.f) <= here.margin) return t.t0 <= next && next <= t.t1 ? next : at;
+      if (is_near) return t.t0 <= next && next <= t.t1 ? next : at;
+      if (std::fabs(here.f) <= here.margin) {
+        // The last step is no better where the form hardly rises: it then leads anywhere.
+        const bool is_better = t.t0 <= next && next <= t.t1 && std::fabs(value(next).f) <= std::fabs(here.f);
+        return is_better ? next : at;
+      }
       at = step % 8 == 7 ? 0.5 * (t.t0 + t.t1) : next;
     }
     return at;
@@ -327,28 +332,28 @@ std::optional<PlainForm> PlainForm::from(const FormProgram& program, int index) 
 void PlainForm::trace(const AnchoredRay& ray, const Segment& segment, StretchList& found,
                       TraceWork& work) const {
   FormAlongRay along(ray, segment, work);
-  for (const Term& term : m_base) along.add_base(term.quadric, term.factor);
-  for (const Term& term : m_perturbations) along.add_perturbation(term.quadric, term.factor);
+  for (const FormTerm& term : m_base) along.add_base(term.quadric, term.factor);
+  for (const FormTerm& term : m_perturbations) along.add_perturbation(term.quadric, term.factor);
   along.trace(found);
 }
 
 void PlainForm::subdivide(const AnchoredRay& ray, const Segment& segment, double precision,
                           StretchList& found, TraceWork& work) const {
   FormAlongRay along(ray, segment, work);
-  for (const Term& term : m_base) along.add_base(term.quadric, term.factor);
-  for (const Term& term : m_perturbations) along.add_perturbation(term.quadric, term.factor);
+  for (const FormTerm& term : m_base) along.add_base(term.quadric, term.factor);
+  for (const FormTerm& term : m_perturbations) along.add_perturbation(term.quadric, term.factor);
   along.subdivide(precision, found);
 }
 
 FormAtPoint PlainForm::at(const Vec3d& p) const {
   FormAtPoint sum;
-  for (const Term& term : m_base) {
+  for (const FormTerm& term : m_base) {
     const TracedQuadric::AtPoint q = term.quadric.at(p);
     sum.value += term.factor * q.value;
     sum.gradient += term.factor * q.gradient;
     sum.margin += std::fabs(term.factor) * (q.margin + kUnit * std::fabs(q.value));
   }
-  for (const Term& term : m_perturbations) {
+  for (const FormTerm& term : m_perturbations) {
     if (!term.quadric.may_be_positive(p)) continue;
     const TracedQuadric::AtPoint q = term.quadric.at(p);
     const double most = std::max(0.0, q.value + q.margin), positive = std::max(0.0, q.value);

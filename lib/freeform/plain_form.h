@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "lib/freeform/form_program.h"
@@ -24,6 +25,12 @@ struct FormAtPoint {
   double margin = 0.0;
 };
 
+/// factor Q or, of a perturbation, factor max(0, Q)³
+struct FormTerm {
+  TracedQuadric quadric;
+  double factor;
+};
+
 /// A form without joins and deformations: sum w_j Q_j + sum f_i max(0, Q_i)³. Morphs of such forms are one,
 /// too. Along a ray it is a polynomial in pieces: of degree 2 where no perturbation acts, else of degree 6.
 /// ref: METHODS 5.1
@@ -44,14 +51,13 @@ class PlainForm {
   /// The form at a point; perturbations that do not act there cost next to nothing.
   FormAtPoint at(const Vec3d& p) const;
 
+  std::span<const FormTerm> base() const { return m_base; }
+  std::span<const FormTerm> perturbations() const { return m_perturbations; }
+
  private:
-  struct Term {
-    TracedQuadric quadric;
-    double factor;
-  };
   bool add(const FormProgram& program, int index, double weight);
 
-  std::vector<Term> m_base, m_perturbations;
+  std::vector<FormTerm> m_base, m_perturbations;
 };
 
 }  // namespace pileus

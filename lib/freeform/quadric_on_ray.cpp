@@ -13,10 +13,6 @@ namespace pileus {
 
 namespace {
 
-/// Roundings between a point of the ray and a value, relative to sums of absolute terms: 5 for the offset
-/// from the centre, 5 for local coordinates, 4 for the way to `at`; 12 for coefficients, 6 for the value.
-constexpr double kRoundings = 24.0;
-
 /// The form of second order, d'Ad.
 double second_order(const QuadricCoefficients& q, const Vec3d& d) {
   const double squares = q.a11 * d.x * d.x + q.a22 * d.y * d.y + q.a33 * d.z * d.z;
@@ -95,8 +91,9 @@ TracedQuadric::TracedQuadric(const Quadric& quadric)
       m_q(quadric.coefficients()),
       m_absolute(absolute(m_q)),
       m_ball_center(m_center),
+      m_bounds(quadric.bounds(0.0, everywhere())),
       m_ball_square(0.0) {
-  const Box3d box = quadric.bounds(0.0, everywhere());
+  const Box3d& box = m_bounds;
   if (const auto longest = longest_half_axis_square(quadric)) {
     m_ball_square = *longest;
   } else if (!box.isEmpty()) {

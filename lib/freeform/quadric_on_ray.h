@@ -78,12 +78,29 @@ class TracedQuadric {
   /// quadric's centre, in its own coordinates.
   QuadraticOnRay along(const AnchoredRay& ray, const Segment& within) const;
 
+  /// For those who meet many rays at once: local coordinates row(k) (p - center) and what goes with them.
+  const Vec3d& center() const { return m_center; }
+  const Vec3d& row(size_t k) const { return m_rows[k]; }
+  const Vec3d& row_lengths() const { return m_row_lengths; }
+  const QuadricCoefficients& coefficients() const { return m_q; }
+  const QuadricCoefficients& magnitudes() const { return m_absolute; }  ///< of the coefficients
+  const Vec3d& ball_center() const { return m_ball_center; }
+  double ball_square() const { return m_ball_square; }
+
+  /// A box around {q > 0}, to rounding; infinite where that has no end.
+  const Box3d& bounds() const { return m_bounds; }
+
+  /// Roundings between a point of the ray and a value, relative to sums of absolute terms: 5 for the offset
+  /// from the centre, 5 for local coordinates, 4 for the way to `at`; 12 for coefficients, 6 for the value.
+  static constexpr double kRoundings = 24.0;
+
  private:
   Vec3d m_center;
   std::array<Vec3d, 3> m_rows;
   Vec3d m_row_lengths;
   QuadricCoefficients m_q, m_absolute;
   Vec3d m_ball_center;
+  Box3d m_bounds;
   double m_ball_square;  ///< of the radius [m²]; infinite where {q > 0} has no end
 };
 

@@ -54,6 +54,21 @@ struct Shape : Plugin {
     return intersect(ray, segment);
   }
 
+  /// intersect_seen() of neighbouring rays, together where a form can do that for less.
+  virtual void intersect_all(std::span<const Ray> rays, std::span<const Segment> segments,
+                             std::span<const RaySight> seen,
+                             std::span<std::optional<SurfaceHit>> hits) const {
+    for (size_t i = 0; i < rays.size(); ++i) hits[i] = intersect_seen(rays[i], segments[i], seen[i]);
+  }
+
+  /// Sets `met` of the rays that meet the shape in their segments; those that have it set are not asked.
+  virtual void find_met(std::span<const Ray> rays, std::span<const Segment> segments,
+                        std::span<const RaySight> seen, std::span<char> met) const {
+    for (size_t i = 0; i < rays.size(); ++i) {
+      if (!met[i]) met[i] = intersect_seen(rays[i], segments[i], seen[i]).has_value();
+    }
+  }
+
   /// A distance before which none of the rays, which are neighbours, meets the shape [m]; infinite where none
   /// meets it at all. Asked once for many rays: worth more than it costs where a form has it cheaply.
   virtual double clear_distance(std::span<const Ray> rays) const {

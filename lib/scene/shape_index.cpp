@@ -1,5 +1,6 @@
 #include "lib/scene/shape_index.h"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <utility>
@@ -9,6 +10,11 @@ namespace {
 
 bool is_finite(const Box3d& box) {
   return std::isfinite(length(box.min)) && std::isfinite(length(box.max));
+}
+
+RaySight with_clear(RaySight seen, std::span<const double> clear, size_t number) {
+  if (!clear.empty()) seen.clear = clear[number];
+  return seen;
 }
 
 }  // namespace
@@ -29,31 +35,65 @@ ShapeIndex::ShapeIndex(std::vector<const Shape*> shapes) : m_shapes(std::move(sh
   }
 }
 
-std::optional<WorldHit> ShapeIndex::nearest(const Ray& ray, Segment segment, const RaySight& seen,
-                                            std::span<const double> clear) const {
-  std::optional<WorldHit> best;
-  size_t best_number = 0;
-  const auto ask = [&](size_t number) {
-    // Of hits at the same place the first shape's counts, in whatever order they are asked.
-    const bool wins_ties = best && number < best_number;
-    const double t1 =
-        wins_ties ? std::nextafter(best->t, std::numeric_limits<double>::infinity()) : segment.t1;
-    const Shape* shape = m_shapes[number];
-    RaySight here = seen;
-    if (!clear.empty()) here.clear = clear[number];
-    if (const auto hit = shape->intersect_seen(ray, {segment.t0, t1}, here)) {
-      best = WorldHit{hit->t, hit->n, hit->error, shape, hit->is_inside};
-      best_number = number;
-      segment.t1 = hit->t;
-    }
-  };
-  for (const size_t number : m_alone) ask(number);
+/// Of hits at the same place the first shape's counts, in whatever order they are asked.
+Segment ShapeIndex::Nearest::segment_for(size_t next, Segment segment) const {
+  if (!hit) return segment;
+  const bool wins_ties = next < number;
+  return {segment.t0, wins_ties ? std::nextafter(hit->t, std::numeric_limits<double>::infinity()) : hit->t};
+}
+
+void ShapeIndex::Nearest::take(const std::optional<SurfaceHit>& found, size_t next, const Shape* shape) {
+  if (!found) return;
+  hit = WorldHit{found->t, found->n, found->error, shape, found->is_inside};
+  number = next;
+}
+
+void ShapeIndex::ask_indexed(const Ray& ray, Segment segment, const RaySight& seen,
+                             std::span<const double> clear, Nearest& nearest) const {
+  if (nearest.hit) segment.t1 = nearest.hit->t;
   m_boxes.visit(ray, segment, [&](size_t box, double& t1) {
-    ask(m_indexed[box]);
-    t1 = segment.t1;
+    const size_t number = m_indexed[box];
+    nearest.take(m_shapes[number]->intersect_seen(ray, nearest.segment_for(number, segment),
+                                                  with_clear(seen, clear, number)),
+                 number, m_shapes[number]);
+    if (nearest.hit) t1 = nearest.hit->t;
     return true;
   });
-  return best;
+}
+
+std::optional<WorldHit> ShapeIndex::nearest(const Ray& ray, Segment segment, const RaySight& seen,
+                                            std::span<const double> clear) const {
+  Nearest nearest;
+  for (const size_t number : m_alone) {
+    nearest.take(m_shapes[number]->intersect_seen(ray, nearest.segment_for(number, segment),
+                                                  with_clear(seen, clear, number)),
+                 number, m_shapes[number]);
+  }
+  ask_indexed(ray, segment, seen, clear, nearest);
+  return nearest.hit;
+}
+
+void ShapeIndex::nearest(std::span<const Ray> rays, const RaySight& seen, std::span<const double> clear,
+                         std::span<std::optional<WorldHit>> hits) const {
+  const Segment whole{0.0, std::numeric_limits<double>::infinity()};
+  std::vector<Nearest> nearest(rays.size());
+  std::vector<Segment> segments(rays.size(), whole);
+  std::vector<RaySight> sights(rays.size(), seen);
+  std::vector<std::optional<SurfaceHit>> found(rays.size());
+  for (const size_t number : m_alone) {
+    const RaySight here = with_clear(seen, clear, number);
+    if (std::isinf(here.clear)) continue;
+    for (size_t i = 0; i < rays.size(); ++i) {
+      segments[i] = nearest[i].segment_for(number, whole);
+      sights[i] = here;
+    }
+    m_shapes[number]->intersect_all(rays, segments, sights, found);
+    for (size_t i = 0; i < rays.size(); ++i) nearest[i].take(found[i], number, m_shapes[number]);
+  }
+  for (size_t i = 0; i < rays.size(); ++i) {
+    if (!m_indexed.empty()) ask_indexed(rays[i], whole, seen, clear, nearest[i]);
+    hits[i] = nearest[i].hit;
+  }
 }
 
 void ShapeIndex::clear_distances(std::span<const Ray> rays, std::vector<double>& clear) const {
@@ -62,19 +102,33 @@ void ShapeIndex::clear_distances(std::span<const Ray> rays, std::vector<double>&
 }
 
 bool ShapeIndex::is_occluded(const Ray& ray, Segment segment, const RaySight& seen) const {
-  const auto stands_in = [&](size_t number) {
-    return m_shapes[number]->intersect_seen(ray, segment, seen).has_value() &&
-           m_shapes[number]->casts_shadow();
-  };
   for (const size_t number : m_alone) {
-    if (stands_in(number)) return true;
+    const Shape& shape = *m_shapes[number];
+    if (shape.intersect_seen(ray, segment, seen).has_value() && shape.casts_shadow()) return true;
   }
+  return is_occluded_by_indexed(ray, segment, seen);
+}
+
+bool ShapeIndex::is_occluded_by_indexed(const Ray& ray, Segment segment, const RaySight& seen) const {
   bool occluded = false;
   m_boxes.visit(ray, segment, [&](size_t box, double&) {
-    occluded = stands_in(m_indexed[box]);
+    const Shape& shape = *m_shapes[m_indexed[box]];
+    occluded = shape.intersect_seen(ray, segment, seen).has_value() && shape.casts_shadow();
     return !occluded;
   });
   return occluded;
+}
+
+void ShapeIndex::find_occluded(std::span<const Ray> rays, std::span<const Segment> segments,
+                               std::span<const RaySight> seen, std::span<char> occluded) const {
+  std::fill(occluded.begin(), occluded.end(), char(0));
+  for (const size_t number : m_alone) {
+    if (m_shapes[number]->casts_shadow()) m_shapes[number]->find_met(rays, segments, seen, occluded);
+  }
+  if (m_indexed.empty()) return;
+  for (size_t i = 0; i < rays.size(); ++i) {
+    if (!occluded[i]) occluded[i] = is_occluded_by_indexed(rays[i], segments[i], seen[i]);
+  }
 }
 
 }  // namespace pileus

@@ -35,17 +35,37 @@ class ShapeIndex {
   std::optional<WorldHit> nearest(const Ray& ray, Segment segment, const RaySight& seen = {},
                                   std::span<const double> clear = {}) const;
 
+  /// The same of neighbouring rays from t = 0 on, together.
+  void nearest(std::span<const Ray> rays, const RaySight& seen, std::span<const double> clear,
+               std::span<std::optional<WorldHit>> hits) const;
+
   /// Shape::clear_distance of each shape.
   void clear_distances(std::span<const Ray> rays, std::vector<double>& clear) const;
 
   /// True where a shape that casts shadows stands in the segment.
   bool is_occluded(const Ray& ray, Segment segment, const RaySight& seen = {}) const;
 
+  /// The same of neighbouring rays, together.
+  void find_occluded(std::span<const Ray> rays, std::span<const Segment> segments,
+                     std::span<const RaySight> seen, std::span<char> occluded) const;
+
   /// Up to how many bounded shapes are asked one by one. A guess: where the tree begins to pay is not
   /// measured.
   static constexpr size_t kFew = 8;
 
  private:
+  /// The nearest of the hits so far.
+  struct Nearest {
+    std::optional<WorldHit> hit;
+    size_t number = 0;  ///< of its shape
+
+    Segment segment_for(size_t next, Segment segment) const;
+    void take(const std::optional<SurfaceHit>& found, size_t next, const Shape* shape);
+  };
+  void ask_indexed(const Ray& ray, Segment segment, const RaySight& seen, std::span<const double> clear,
+                   Nearest& nearest) const;
+  bool is_occluded_by_indexed(const Ray& ray, Segment segment, const RaySight& seen) const;
+
   std::vector<const Shape*> m_shapes;
   std::vector<size_t> m_alone;    ///< numbers of shapes that are always asked
   std::vector<size_t> m_indexed;  ///< number of the shape of each box

@@ -153,6 +153,14 @@ std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segm
   return nearest;
 }
 
+void nearest_surfaces(const World& world, std::span<const Ray> rays, const RaySight& seen,
+                      std::span<const double> clear, std::span<std::optional<WorldHit>> hits) {
+  if (world.index) return world.index->nearest(rays, seen, clear, hits);
+  for (size_t i = 0; i < rays.size(); ++i) {
+    hits[i] = nearest_surface(world, rays[i], {0.0, std::numeric_limits<double>::infinity()}, seen, clear);
+  }
+}
+
 void clear_distances(const World& world, std::span<const Ray> rays, std::vector<double>& clear) {
   clear.clear();
   if (world.index) world.index->clear_distances(rays, clear);
@@ -163,6 +171,12 @@ bool is_occluded(const World& world, const Ray& ray, Segment segment, const RayS
   return std::any_of(world.shapes.begin(), world.shapes.end(), [&](const auto& shape) {
     return shape->intersect_seen(ray, segment, seen).has_value() && shape->casts_shadow();
   });
+}
+
+void find_occluded(const World& world, std::span<const Ray> rays, std::span<const Segment> segments,
+                   std::span<const RaySight> seen, std::span<char> occluded) {
+  if (world.index) return world.index->find_occluded(rays, segments, seen, occluded);
+  for (size_t i = 0; i < rays.size(); ++i) occluded[i] = is_occluded(world, rays[i], segments[i], seen[i]);
 }
 
 }  // namespace pileus

@@ -61,10 +61,18 @@ inline World build_world(const Scene& scene) {
 std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segment segment,
                                         const RaySight& seen = {}, std::span<const double> clear = {});
 
+/// The same of neighbouring rays from t = 0 on, together.
+void nearest_surfaces(const World& world, std::span<const Ray> rays, const RaySight& seen,
+                      std::span<const double> clear, std::span<std::optional<WorldHit>> hits);
+
 /// What is clear before neighbouring rays, per shape; empty where nothing is known.
 void clear_distances(const World& world, std::span<const Ray> rays, std::vector<double>& clear);
 
 /// True where a solid stands in the segment: the shadow query of solids.
 bool is_occluded(const World& world, const Ray& ray, Segment segment, const RaySight& seen = {});
+
+/// The same of neighbouring rays, together.
+void find_occluded(const World& world, std::span<const Ray> rays, std::span<const Segment> segments,
+                   std::span<const RaySight> seen, std::span<char> occluded);
 
 }  // namespace pileus

@@ -17,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include <fmt/format.h>
 
@@ -67,17 +68,23 @@ struct FreeFormObject final : FormedShape {
   std::optional<SurfaceHit> intersect(const Ray& ray, Segment segment) const override {
     const std::optional<double> t = m_tracer->first_crossing(ray, segment);
     if (!t) return std::nullopt;
-    const Vec3d p = ray.at(*t);
-    const FormAtPoint form = m_tracer->at(p);
-    const double steepness = length(form.gradient);
-    const double scale = length(ray.o) + std::fabs(*t) + length(p);
-    // On an edge where the form has no gradient the side of the ray is all that is known.
-    if (!(steepness > 0.0) || !std::isfinite(steepness)) return SurfaceHit{*t, -ray.d, surface_error(scale)};
-    const bool is_inside = dot(form.gradient, ray.d) < 0.0;  // it leads inwards
-    const Vec3d n = (is_inside ? 1.0 : -1.0) / steepness * form.gradient;
-    // As far as the value is from 0, with its own rounding.
-    const double error = surface_error(scale) + (std::fabs(form.value) + form.margin) / steepness;
-    return SurfaceHit{*t, n, error, is_inside};
+    return hit_at(ray, *t);
+  }
+
+  void intersect_all(std::span<const Ray> rays, std::span<const Segment> segments, std::span<const RaySight>,
+                     std::span<std::optional<SurfaceHit>> hits) const override {
+    thread_local std::vector<double> t;
+    t.resize(rays.size());
+    m_tracer->first_crossings(rays, segments, t);
+    for (size_t i = 0; i < rays.size(); ++i) {
+      hits[i].reset();
+      if (t[i] < kInfinity) hits[i] = hit_at(rays[i], t[i]);
+    }
+  }
+
+  void find_met(std::span<const Ray> rays, std::span<const Segment> segments, std::span<const RaySight>,
+                std::span<char> met) const override {
+    m_tracer->find_met(rays, segments, met);
   }
 
   /// Where rays towards the light begin or cease to meet the solid: looked for at equal distances in the
@@ -106,6 +113,20 @@ struct FreeFormObject final : FormedShape {
   Box3d bounds() const override { return m_solid.bounds(); }
 
  private:
+  SurfaceHit hit_at(const Ray& ray, double t) const {
+    const Vec3d p = ray.at(t);
+    const FormAtPoint form = m_tracer->at(p);
+    const double steepness = length(form.gradient);
+    const double scale = length(ray.o) + std::fabs(t) + length(p);
+    // On an edge where the form has no gradient the side of the ray is all that is known.
+    if (!(steepness > 0.0) || !std::isfinite(steepness)) return SurfaceHit{t, -ray.d, surface_error(scale)};
+    const bool is_inside = dot(form.gradient, ray.d) < 0.0;  // it leads inwards
+    const Vec3d n = (is_inside ? 1.0 : -1.0) / steepness * form.gradient;
+    // As far as the value is from 0, with its own rounding.
+    const double error = surface_error(scale) + (std::fabs(form.value) + form.margin) / steepness;
+    return SurfaceHit{t, n, error, is_inside};
+  }
+
   bool is_shadowed(const Vec3d& p, const Light& light) const {
     const Illumination at = light.at(p);
     const double distance = light.is_directional() ? kInfinity : at.distance;

@@ -166,6 +166,139 @@ TEST(FormTracer, first_crossings_are_ends_of_stretches) {
   EXPECT_GT(crossings, 50);
 }
 
+/// Rays side by side, as from the pixels of a tile or towards a sun from neighbouring points.
+struct Bundle {
+  std::vector<Ray> rays;
+  std::vector<Segment> segments;
+
+  void add(const Ray& ray, const Segment& segment) {
+    rays.push_back(ray);
+    segments.push_back(segment);
+  }
+};
+
+/// Around a ray that tries to slip through: nearly the same, or fanned out, or parallel.
+Bundle bundle(HostileRays& hostile, const FreeForm& form, int count) {
+  Bundle result;
+  const Ray middle = hostile.ray(form);
+  const Segment segment = hostile.segment(middle);
+  const double spread = std::pow(10.0, hostile.forms().uniform(-12, -1));
+  const int kind = hostile.forms().pick(3);
+  result.add(middle, segment);
+  for (int n = 1; n < count; ++n) {
+    Ray ray = middle;
+    if (kind != 0) ray.o += hostile.forms().point(spread);
+    if (kind != 1) ray.d = normalize(ray.d + hostile.forms().point(spread / (1 + length(ray.o))));
+    result.add(ray, segment);
+  }
+  return result;
+}
+
+/// The way to a crossing, or all of the segment where there is none, is on one side; at a crossing the form
+/// may be 0.
+template <class T>
+void expect_true_crossing(const FreeForm& form, const Ray& ray, const Segment& segment, double t) {
+  const Segment reach = clip_to_box(ray, segment, form.bounds());
+  const reference::FormOracle<T> oracle(form.program(), ray, segment, reach, kMargin);
+  const auto holds = [&](Segment part) { return oracle.holds(part, -1) || oracle.holds(part, 1); };
+  const std::string what = described(ray, segment, {{segment.t0, t}});
+  if (!std::isfinite(t)) {
+    EXPECT_TRUE(holds(segment)) << "none; " << what;
+    return;
+  }
+  const double last_digit = 0x1p-52 * std::fabs(t);
+  ASSERT_TRUE(segment.t0 < t && t < segment.t1) << what;
+  if (t - last_digit > segment.t0) {
+    EXPECT_TRUE(holds({segment.t0, t - last_digit})) << "before; " << what;
+  }
+  const Segment here{t - last_digit, t + last_digit};
+  EXPECT_TRUE(!oracle.holds(here, 1) || !oracle.holds(here, -1) ||
+              (oracle.holds({t, t}, 1) && oracle.holds({t, t}, -1)))
+      << "at; " << what;
+}
+
+TEST(FormTracer, rays_together_miss_nothing_beyond_rounding) {
+  HostileRays hostile(85);
+  int64_t crossings = 0, rays = 0;
+  for (int n = 0; n < hunt(600); ++n) {
+    const FreeForm form = hostile.plain_form();
+    const FormTracer tracer(form);
+    for (int k = 0; k < 3; ++k) {
+      const Bundle b = bundle(hostile, form, 16 + hostile.forms().pick(60));
+      std::vector<double> t(b.rays.size());
+      tracer.first_crossings(b.rays, b.segments, t);
+      for (size_t i = 0; i < t.size(); ++i) {
+        expect_true_crossing<long double>(form, b.rays[i], b.segments[i], t[i]);
+        crossings += std::isfinite(t[i]);
+        ++rays;
+      }
+      ASSERT_FALSE(testing::Test::HasFailure()) << "form " << n << ", bundle " << k;
+    }
+  }
+  EXPECT_GT(crossings, rays / 4);
+}
+
+/// Whatever stands beside a ray, and whatever the beam of all leaves out: the same bits as alone.
+TEST(FormTracer, rays_together_are_as_alone) {
+  HostileRays hostile(86);
+  for (int n = 0; n < hunt(400); ++n) {
+    const FreeForm form = n % 4 == 0 ? hostile.forms().form(2) : hostile.plain_form();
+    const FormTracer tracer(form);
+    const Bundle b = bundle(hostile, hostile.plain_form(), 1 + hostile.forms().pick(130));
+    std::vector<double> t(b.rays.size());
+    std::vector<char> met(b.rays.size(), 0);
+    tracer.first_crossings(b.rays, b.segments, t);
+    tracer.find_met(b.rays, b.segments, met);
+    for (size_t i = 0; i < t.size(); ++i) {
+      double alone = 0.0;
+      char alone_met = 0;
+      tracer.first_crossings({&b.rays[i], 1}, {&b.segments[i], 1}, {&alone, 1});
+      tracer.find_met({&b.rays[i], 1}, {&b.segments[i], 1}, {&alone_met, 1});
+      ASSERT_EQ(t[i], alone) << "form " << n << ", ray " << i;
+      ASSERT_EQ(met[i], alone_met) << "form " << n << ", ray " << i;
+    }
+  }
+}
+
+/// One by one is the slow twin. Where both see a crossing it is the same place, but for what rounding does to
+/// a function that is nearly 0.
+TEST(FormTracer, rays_together_agree_with_one_by_one) {
+  RandomForms forms(87);
+  int crossings = 0;
+  for (int n = 0; n < hunt(300); ++n) {
+    std::vector<Perturbation> bumps;
+    for (int k = forms.pick(6); k > 0; --k) {
+      bumps.push_back({sphere(forms.point(1.2), forms.uniform(0.3, 0.8)), forms.uniform(-1, 1)});
+    }
+    FreeForm form = perturbed(sphere({0, 0, 0}, 1), bumps);
+    if (n % 3 == 1) form = joined(Join::unite, form, ellipsoid(forms.point(1), {0.4, 1.5, 0.5}));
+    if (n % 3 == 2) form = joined(Join::subtract, form, sphere(forms.point(1), 0.7));
+    const FormTracer tracer(form);
+    Bundle b;
+    const Vec3d eye = 4.0 * normalize(forms.direction());
+    for (int i = 0; i < 64; ++i) {
+      const Vec3d o = n % 5 == 0 ? forms.point(1.5) : eye;
+      b.add({o, normalize(forms.point(1.3) - o)}, {0, 20});
+    }
+    std::vector<double> t(b.rays.size());
+    std::vector<char> met(b.rays.size(), 0);
+    tracer.first_crossings(b.rays, b.segments, t);
+    tracer.find_met(b.rays, b.segments, met);
+    for (size_t i = 0; i < t.size(); ++i) {
+      const std::optional<double> expected = tracer.first_crossing(b.rays[i], b.segments[i]);
+      ASSERT_EQ(std::isfinite(t[i]), expected.has_value()) << "form " << n << ", ray " << i;
+      ASSERT_EQ(met[i] != 0, expected.has_value()) << "form " << n << ", ray " << i;
+      if (!expected) continue;
+      const double steepness = std::fabs(dot(form.gradient(b.rays[i].at(*expected)), b.rays[i].d));
+      if (steepness > 1e-3) {
+        ASSERT_NEAR(t[i], *expected, 1e-11) << "form " << n << ", ray " << i;
+      }
+      ++crossings;
+    }
+  }
+  EXPECT_GT(crossings, 3000);
+}
+
 /// Bounds over a stretch only shrink so fast: the documents' method looks far more often, and is as exact as
 /// its last halving.
 TEST(FormTracer, subdivision_agrees_and_takes_longer) {
