@@ -322,7 +322,7 @@ TEST(FormTracer, subdivision_agrees_and_takes_longer) {
       }
     }
   }
-  EXPECT_GT(subdivision_work.stretches, 5 * (newton_work.stretches + newton_work.values));
+  EXPECT_GT(subdivision_work.stretches, 4 * (newton_work.stretches + newton_work.values));
 }
 
 }  // namespace

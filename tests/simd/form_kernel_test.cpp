@@ -3,12 +3,14 @@
 
 #include <array>
 #include <cmath>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
 
 #include <gtest/gtest.h>
 
+#include "lib/freeform/form_tracer.h"
 #include "tests/fixtures/random_forms.h"
 #include "tests/fixtures/simd_targets.h"
 
@@ -46,6 +48,39 @@ TEST(FormKernel, agrees_with_double_within_its_range) {
         ASSERT_NEAR(double(f[size_t(i)]), value, std::max(0.0, margin) + 1e-30) << target << ", form " << n;
       }
     }
+  });
+}
+
+/// Rays in lanes against one at a time.
+TEST(CrossingKernel, finds_what_the_scalar_way_finds) {
+  for_each_simd_target([&](const std::string& target) {
+    RandomForms forms(82);
+    int crossings = 0;
+    for (int n = 0; n < 100; ++n) {
+      std::vector<Perturbation> bumps;
+      for (int k = 1 + forms.pick(6); k > 0; --k) {
+        bumps.push_back({sphere(forms.point(1.2), forms.uniform(0.3, 0.8)), forms.uniform(-1, 1)});
+      }
+      const FreeForm form = perturbed(sphere({0, 0, 0}, 1), bumps);
+      const FormTracer tracer(form);
+      std::vector<Ray> rays;
+      for (int i = 0; i < 1 + n % 70; ++i) {
+        const Vec3d o = 4.0 * normalize(forms.direction());
+        rays.push_back({o, normalize(forms.point(1.3) - o)});
+      }
+      const std::vector<Segment> segments(rays.size(), Segment{0, 20});
+      std::vector<double> t(rays.size());
+      tracer.first_crossings(rays, segments, t);
+      for (size_t i = 0; i < rays.size(); ++i) {
+        const std::optional<double> expected = tracer.first_crossing(rays[i], segments[i]);
+        ASSERT_EQ(std::isfinite(t[i]), expected.has_value()) << target << ", form " << n << ", ray " << i;
+        if (!expected) continue;
+        const double steepness = std::fabs(dot(form.gradient(rays[i].at(*expected)), rays[i].d));
+        ASSERT_NEAR(t[i], *expected, 1e-13 / steepness + 1e-15) << target << ", form " << n << ", ray " << i;
+        ++crossings;
+      }
+    }
+    EXPECT_GT(crossings, 1000) << target;
   });
 }
 
