@@ -268,7 +268,7 @@ VdbDirectory read_vdb_directory(const std::filesystem::path& path) {
       file.fail(fmt::format("is damaged: two grids are called \"{}\"", grid.name));
     }
     grid.topology_begin = file.position() + map_bytes(grid.map_type);
-    if (grid.topology_begin > grid.end)
+    if (grid.topology_begin > (grid.shares_tree_with.empty() ? grid.blocks_begin : grid.end))
       file.fail(fmt::format("is damaged: grid \"{}\" has no room", grid.name));
     file.enter(grid.end, file.size());
     directory.grids.push_back(std::move(grid));

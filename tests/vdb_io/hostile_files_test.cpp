@@ -5,6 +5,7 @@
 #include "tests/fixtures/temp_folder.h"
 #include "tests/vdb_io/vdb_test_files.h"
 #include "vdb_io/inspect.h"
+#include "vdb_io/vdb_directory.h"
 #include "vdb_io/vdb_reader.h"
 
 namespace pileus {
@@ -77,6 +78,11 @@ TEST_F(HostileFile, headers_that_lie) {
   expect_mentions(error_for(patched(sound, kGridCountOffset, int32_t(0x7fffffff))),
                   "claims 2147483647 grids");
   expect_mentions(error_for(patched(sound, kGridCountOffset - 4, uint32_t(0xffffffff))), "is damaged");
+  // Voxels that begin inside the grid's transform.
+  write_bytes(path, sound);
+  const VdbGridEntry grid = read_vdb_directory(path).grids[0];
+  const std::string offset(reinterpret_cast<const char*>(&grid.blocks_begin), sizeof grid.blocks_begin);
+  expect_mentions(error_for(patched(sound, sound.find(offset), grid.topology_begin - 8)), "has no room");
   // The length of the grid's name.
   expect_mentions(error_for(patched(sound, kGridCountOffset + 4, uint32_t(0xfffffff0))),
                   "cut short: a grid's name");
