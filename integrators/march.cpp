@@ -70,8 +70,7 @@ struct Shares {
 };
 constexpr Shares kSharesWithLevels{0.33, 0.42, 0.15};
 
-/// What densities in 16 bits may err by; where they do, steps get as much less.
-constexpr double kStorageShare = 0.05;
+constexpr double kStorageShare = 0.05;  ///< what densities in 16 bits may err by, of the share of steps
 
 /// The kernel's estimate of its step error is right on average; the worst of many pixels err about twice as
 /// much.
@@ -147,8 +146,9 @@ class MarchTracer final : public Tracer {
     if (!m_fog.choice().empty()) m_choices.push_back(m_fog.choice());
     if (plan.fog) m_shares.step -= kFogShare;
     m_shares.step -= std::min(m_march.storage_error_in_view() / m_tolerance, kStorageShare);
-    if (plan.scattering) choose_sunlight(accuracy.picture, options);
+    const double for_sunlight = plan.scattering ? choose_sunlight(accuracy.picture, options) : m_shares.cache;
     if (has_levels) choose_levels(accuracy.picture, levels);
+    give_rest_to_steps(for_sunlight);  // after the levels, which pilots with the shorter steps tell better
     if (wants_bound(plan)) prepare_bound();
     if (plan.scattering && plan.surface_shadows) prepare_shadows();
   }
@@ -228,13 +228,14 @@ class MarchTracer final : public Tracer {
     }
   }
 
-  void choose_sunlight(const Vec2i& picture, const MarchOptions& options) {
+  /// Returns the share of the tolerance that this took.
+  double choose_sunlight(const Vec2i& picture, const MarchOptions& options) {
     constexpr double kMostBytes = 512e6;
     const SunlightChoice choice = pileus::choose_sunlight(m_world, picture, m_shares.cache * m_tolerance,
                                                           options.sun_cache ? kMostBytes : 0.0, m_march);
     m_cache_error = choice.brightest > 0.0 ? choice.error / choice.brightest : 0.0;
-    give_rest_to_steps(choice.error / m_tolerance);
     m_choices.push_back("sunlight: " + choice.reason);
+    return choice.error / m_tolerance;
   }
 
   /// What sunlight leaves of its share lengthens the steps, a little more than its share shortens them. The

@@ -10,6 +10,7 @@
 #include <functional>
 #include <random>
 
+#include <fmt/core.h>
 #include <sys/mman.h>
 #include <sys/time.h>
 
@@ -116,6 +117,7 @@ class Corruption : public testing::Test {
   void read_damaged(int rounds, const Damage& damage) {
     for (const VdbSeed& seed : seeds()) {
       const std::string sound = read_bytes(seed.path);
+      if (is_long_run()) fmt::print("{}: {} damages of {} bytes\n", seed.name, rounds, sound.size());
       for (int begin = 0; begin < rounds; begin += int(kBatch)) {
         const int end = std::min(rounds, begin + int(kBatch));
         const int result =
