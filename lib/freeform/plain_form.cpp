@@ -93,11 +93,18 @@ struct Signs {
   }
 };
 
-/// Where the control polygon crosses zero for the first time, as a share of the stretch.
+/// Where the control polygon crosses zero for the first time, as a share of the stretch; coefficients within
+/// the margin are left out, lest a zero at the end of the stretch be taken for its one crossing.
 double polygon_crossing(const Polynomial& p) {
-  for (int k = 0; k < p.degree; ++k) {
-    const double here = p.b[size_t(k)], next = p.b[size_t(k) + 1];
-    if ((here < 0) != (next < 0)) return (k + here / (here - next)) / p.degree;
+  int before = -1;
+  for (int k = 0; k <= p.degree; ++k) {
+    const double next = p.b[size_t(k)];
+    if (!(std::fabs(next) > p.margins[size_t(k)])) continue;
+    if (before >= 0 && (p.b[size_t(before)] < 0) != (next < 0)) {
+      const double here = p.b[size_t(before)];
+      return (before + (k - before) * here / (here - next)) / p.degree;
+    }
+    before = k;
   }
   return 0.5;
 }
@@ -263,14 +270,20 @@ class FormAlongRay {
       if (!(t.t0 < at && at < t.t1)) at = 0.5 * (t.t0 + t.t1);
       if (!(t.t0 < at && at < t.t1)) break;
       const Value here = value(at);
-      ((here.f >= 0) == starts_inside ? t.t0 : t.t1) = at;
+      const bool is_zero = std::fabs(here.f) <= here.margin;
+      const bool leads_across = (here.slope < 0) == starts_inside;
+      // Another zero, at an end of the stretch where the sign is not known, is not the crossing.
+      const bool is_before =
+          is_zero && !leads_across ? at - t.t0 < t.t1 - at : (here.f >= 0) == starts_inside;
+      (is_before ? t.t0 : t.t1) = at;
       const double next = at - here.f / here.slope;
-      const bool is_near = std::fabs(next - at) <= 4 * kDoubleRoundoff * std::fabs(at);
-      if (is_near) return t.t0 <= next && next <= t.t1 ? next : at;
-      if (std::fabs(here.f) <= here.margin) {
-        // The last step is no better where the form hardly rises: it then leads anywhere.
-        const bool is_better = t.t0 <= next && next <= t.t1 && std::fabs(value(next).f) <= std::fabs(here.f);
-        return is_better ? next : at;
+      const bool is_in_bracket = t.t0 <= next && next <= t.t1;
+      if (leads_across) {
+        if (std::fabs(next - at) <= 4 * kDoubleRoundoff * std::fabs(at)) return is_in_bracket ? next : at;
+        if (is_zero) {  // the last step is no better where the form hardly rises: it then leads anywhere
+          const bool is_better = is_in_bracket && std::fabs(value(next).f) <= std::fabs(here.f);
+          return is_better ? next : at;
+        }
       }
       at = step % 8 == 7 ? 0.5 * (t.t0 + t.t1) : next;
     }

@@ -146,6 +146,20 @@ TEST(FormTracer, misses_nothing_in_quadruple_precision) {
   hunt_for_misses<reference::Quad>(82, hunt(2'000));
 }
 
+/// A ray that a longer hunt had found, where a stretch of one sign begins with a value of 0 within rounding:
+/// that zero was once taken for the crossing at the stretch's other end.
+TEST(FormTracer, takes_no_zero_for_the_next) {
+  const Frame frame(Vec3d(-0x1.5f15965a4dfdcp+0, 0x1.4ab7b8fff62b8p+0, -0x1.fa7a8ed78e4b3p+0),
+                    std::array{Vec3d(-0x0p+0, 0x1.4507edcc4939fp+1, 0x1.601e179384c75p+0),
+                               Vec3d(0x1.7086801f167ddp+1, 0x1.b75196c6a0c59p-4, -0x1.958631ee67439p-3),
+                               Vec3d(-0x1.13d54071a60fp+5, 0x1.a3e8d185978bbp+7, -0x1.839ba570299fcp+8)});
+  const FreeForm hyperboloid = Quadric(frame, {.a33 = 1.0});
+  const Ray ray{Vec3d(0x1.5fae8fdc83a67p+0, 0x1.35b85f79e08adp+1, -0x1.c018418cb339p+1),
+                Vec3d(0x1.c10919855883ap-8, -0x1.7f3472e7e1e2ep-4, 0x1.fdbe082cbde16p-1)};
+  const Segment segment{0x0p+0, 0x1.378ca059a55d6p+4};
+  expect_true<reference::Quad>(hyperboloid, ray, segment, inside(hyperboloid, ray, segment));
+}
+
 TEST(FormTracer, first_crossings_are_ends_of_stretches) {
   RandomForms forms(83);
   int crossings = 0;
