@@ -31,7 +31,9 @@ int main(int argc, char** argv) try {
     pileus::write_df3(folder / "df3" / (std::to_string(bits) + ".df3"), pileus::small_box(), bits);
   }
   pileus::write_npy(folder / "npy" / "box.npy", pileus::small_box());
-  for (const auto& scene : std::filesystem::directory_iterator(PILEUS_SOURCE_DIR "/samples/scenes")) {
+  for (const auto& scene :
+       std::filesystem::recursive_directory_iterator(PILEUS_SOURCE_DIR "/samples/scenes")) {
+    if (scene.path().extension() != ".toml") continue;
     std::filesystem::copy_file(scene.path(), folder / "scene" / scene.path().filename(),
                                std::filesystem::copy_options::overwrite_existing);
   }
