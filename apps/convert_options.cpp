@@ -118,9 +118,8 @@ void ConvertOptions::add_to(CLI::App& command) {
       .add_option("--codec", write.codec,
                   "compression: none, zip or blosc (default: blosc for .vdb, none for .nvdb)")
       ->type_name("NAME");
-  command.add_option("--bits", write.df3_bits, "whole numbers of a .df3 file: 8, 16 or 32")
-      ->check(CLI::IsMember({8, 16, 32}))
-      ->capture_default_str();
+  command.add_option("--bits", write.df3_bits, "whole numbers of a .df3 file: 8, 16 or 32 (default: 16)")
+      ->check(CLI::IsMember({8, 16, 32}));
   command.add_option("--frames", frames, "numbers to put for %04d in the names: 1-48, or 1-48x4")
       ->type_name("FIRST-LAST");
   command.add_flag("--quiet", quiet, "print nothing but errors");

@@ -91,7 +91,7 @@ std::vector<std::string> write_as_dense(const std::filesystem::path& path, Volum
   }
   const DenseVolume volume = dense_from_grid(path, *grids.front(), options.half);
   if (format == VolumeFormat::df3) {
-    write_df3(path, volume, options.df3_bits);
+    write_df3(path, volume, options.df3_bits.value_or(16));
   } else if (format == VolumeFormat::npy) {
     write_npy(path, volume);
   } else {
@@ -113,6 +113,10 @@ std::vector<std::string> write_volume(const std::filesystem::path& path,
                             volume_extensions()));
   }
   const VolumeFormat format = *known;
+  if (options.df3_bits && format != VolumeFormat::df3) {
+    throw Error(ErrorKind::usage, path.string(),
+                "--bits is for .df3 files, which hold whole numbers; expected --half, or no such option");
+  }
   if (format == VolumeFormat::vdb) return write_as_vdb(path, grids, metadata, options);
   if (format == VolumeFormat::nvdb) return write_as_nvdb(path, grids, metadata, options);
   return write_as_dense(path, format, grids, options);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -11,7 +12,7 @@ namespace pileus {
 struct VolumeWriteOptions {
   bool half = false;  ///< 16-bit floats: .vdb, .npy, .raw
   std::string codec;  ///< "none", "zip" or "blosc"; "": what suits the format
-  int df3_bits = 16;  ///< 8, 16 or 32
+  std::optional<int> df3_bits;  ///< 8, 16 or 32, 16 by default; of .df3 files only
 };
 
 /// Writes grids as they are: type, values, class, transform, and as much metadata as the format can hold.

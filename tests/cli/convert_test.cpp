@@ -147,6 +147,7 @@ TEST_F(Convert, refuses_what_it_cannot_do) {
   expect_mentions(refusal({"a.raw", "b.vdb", "--crop=0,0,0,-1,1,1"}, 2), "each lower end first");
   expect_mentions(refusal({"a.raw", "b.vdb", "--codec", "lz4"}, 2), "expected none, zip or blosc");
   expect_mentions(refusal({"a.raw", "b.df3", "--bits", "12"}, 2), "--bits");
+  expect_mentions(refusal({"a.raw", "b.vdb", "--bits", "8"}, 2), "--bits is for .df3 files");
   expect_mentions(refusal({"a.raw", "b.nvdb", "--half"}, 2), "NanoVDB has no half floats");
   expect_mentions(refusal({"a.raw", "b.vdb", "--nan", "density=0"}, 2), "no grid \"density\" is taken over");
   for (const char* text : {"Smoke", "=0", "Smoke=", "Smoke=x", "Smoke=nan"}) {
