@@ -24,9 +24,9 @@
 #include "lib/core/parallel.h"
 #include "lib/core/version.h"
 #include "lib/scene/animation.h"
-#include "vdb_io/build_cloud.h"
-#include "vdb_io/cloud_grids.h"
-#include "vdb_io/vdb_writer.h"
+#include "vdb_io/openvdb/build_cloud.h"
+#include "vdb_io/openvdb/cloud_grids.h"
+#include "vdb_io/openvdb/vdb_writer.h"
 #include "vdb_io/volume_format.h"
 
 namespace pileus {

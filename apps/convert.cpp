@@ -14,7 +14,7 @@
 #include "apps/progress_bar.h"
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
-#include "vdb_io/conversion.h"
+#include "vdb_io/openvdb/conversion.h"
 
 namespace pileus {
 namespace {

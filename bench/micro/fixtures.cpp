@@ -5,9 +5,9 @@
 
 #include "lib/freeform/free_form.h"
 #include "lib/freeform/shapes.h"
-#include "vdb_io/build_cloud.h"
-#include "vdb_io/grid_to_field.h"
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/build_cloud.h"
+#include "vdb_io/openvdb/grid_to_field.h"
+#include "vdb_io/openvdb/openvdb_library.h"
 
 namespace pileus::bench {
 

@@ -8,9 +8,9 @@
 #include "bench/micro/kernels/read_kernel.h"
 #include "lib/volume/brick_grid.h"
 #include "lib/volume/quantized_bricks.h"
-#include "vdb_io/build_cloud.h"
-#include "vdb_io/grid_to_field.h"
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/build_cloud.h"
+#include "vdb_io/openvdb/grid_to_field.h"
+#include "vdb_io/openvdb/openvdb_library.h"
 
 namespace pileus::bench {
 namespace {

@@ -4,9 +4,9 @@
 #include <cmath>
 
 #include "lib/core/error.h"
-#include "vdb_io/grid_values.h"
-#include "vdb_io/openvdb_library.h"
-#include "vdb_io/vdb_reader.h"
+#include "vdb_io/openvdb/grid_values.h"
+#include "vdb_io/openvdb/openvdb_library.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 
 namespace pileus::bench {
 namespace {

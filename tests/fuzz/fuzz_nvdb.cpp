@@ -5,7 +5,7 @@
 #include "lib/core/error.h"
 #include "tests/fuzz/memory_file.h"
 #include "vdb_io/nvdb/nvdb_file.h"
-#include "vdb_io/nvdb/nvdb_grids.h"
+#include "vdb_io/openvdb/nvdb_grids.h"
 
 extern "C" int LLVMFuzzerTestOneInput(const uint8_t* bytes, size_t size) {
   const pileus::MemoryFile file(bytes, size);

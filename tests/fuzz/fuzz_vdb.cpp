@@ -5,9 +5,9 @@
 
 #include "lib/core/error.h"
 #include "tests/fuzz/memory_file.h"
-#include "vdb_io/grid_to_field.h"
 #include "vdb_io/inspect.h"
-#include "vdb_io/vdb_reader.h"
+#include "vdb_io/openvdb/grid_to_field.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 
 namespace pileus {
 namespace {

@@ -9,8 +9,8 @@
 #include "tests/fixtures/vdb_seeds.h"
 #include "vdb_io/dense/dense_files.h"
 #include "vdb_io/nvdb/nvdb_file.h"
-#include "vdb_io/nvdb/nvdb_grids.h"
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/nvdb_grids.h"
+#include "vdb_io/openvdb/openvdb_library.h"
 
 namespace pileus {
 namespace {

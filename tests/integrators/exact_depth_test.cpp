@@ -9,7 +9,7 @@
 #include "lib/volume/analytic_fields.h"
 #include "tests/fixtures/random_grid.h"
 #include "tests/reference/single_scattering.h"
-#include "vdb_io/grid_to_field.h"
+#include "vdb_io/openvdb/grid_to_field.h"
 
 namespace pileus {
 namespace {

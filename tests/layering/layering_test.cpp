@@ -143,7 +143,7 @@ TEST(LayeringRules, each_library_has_its_folder) {
 TEST(LayeringRules, public_headers_show_only_fmt_and_imath) {
   EXPECT_EQ(complaints("lib/scene/secret.h", "#include <toml++/toml.h>\n"), "");
   EXPECT_EQ(complaints("lib/scene/a.cpp", "#include \"lib/scene/secret.h\"\n"), "");
-  EXPECT_EQ(complaints("vdb_io/grid_to_field.h", "#include <openvdb/openvdb.h>\n"), "");
+  EXPECT_EQ(complaints("vdb_io/openvdb/grid_to_field.h", "#include <openvdb/openvdb.h>\n"), "");
   EXPECT_NE(complaints("lib/scene/open.h", "#include <toml++/toml.h>\n"), "");
   EXPECT_NE(complaints("lib/scene/open.h", "#include \"lib/scene/secret.h\"\n"), "");
   EXPECT_NE(complaints("vdb_io/read.h", "#include <openvdb/openvdb.h>\n"), "");

@@ -74,7 +74,7 @@ const std::vector<Library> kLibraries = {
 };
 
 /// The one public header that shows OpenVDB, for programs that hand over grids of their own.
-const std::string kOpenVdbHeader = "vdb_io/grid_to_field.h";
+const std::string kOpenVdbHeader = "vdb_io/openvdb/grid_to_field.h";
 
 /// A pattern that has no place in some files.
 struct Ban {

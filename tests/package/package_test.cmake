@@ -36,7 +36,7 @@ set(prefix ${WORK_DIR}/after)
 
 # Every installed header, in one file that sees fmt and Imath only.
 file(GLOB_RECURSE headers RELATIVE ${prefix}/include/pileus ${prefix}/include/pileus/*.h)
-list(REMOVE_ITEM headers vdb_io/grid_to_field.h)  # shows OpenVDB's types, and says so
+list(REMOVE_ITEM headers vdb_io/openvdb/grid_to_field.h)  # shows OpenVDB's types, and says so
 list(TRANSFORM headers REPLACE "(.+)" "#include <\\1>\n")
 list(JOIN headers "" all_headers)
 file(WRITE ${WORK_DIR}/all_headers.cpp "${all_headers}")

@@ -1,4 +1,4 @@
-#include "vdb_io/build_cloud.h"
+#include "vdb_io/openvdb/build_cloud.h"
 
 #include <algorithm>
 #include <array>

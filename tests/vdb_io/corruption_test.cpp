@@ -19,9 +19,9 @@
 #include "tests/fixtures/temp_folder.h"
 #include "tests/fixtures/vdb_seeds.h"
 #include "tests/vdb_io/vdb_test_files.h"
-#include "vdb_io/grid_to_field.h"
 #include "vdb_io/inspect.h"
-#include "vdb_io/vdb_reader.h"
+#include "vdb_io/openvdb/grid_to_field.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 
 namespace pileus {
 namespace {

@@ -1,4 +1,4 @@
-#include "vdb_io/grid_edits.h"
+#include "vdb_io/openvdb/grid_edits.h"
 
 #include <cmath>
 #include <limits>

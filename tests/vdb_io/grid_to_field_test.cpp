@@ -1,4 +1,4 @@
-#include "vdb_io/grid_to_field.h"
+#include "vdb_io/openvdb/grid_to_field.h"
 
 #include <array>
 #include <cmath>
@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "tests/vdb_io/vdb_test_files.h"
-#include "vdb_io/vdb_reader.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 
 namespace pileus {
 namespace {

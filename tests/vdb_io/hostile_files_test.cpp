@@ -5,8 +5,8 @@
 #include "tests/fixtures/temp_folder.h"
 #include "tests/vdb_io/vdb_test_files.h"
 #include "vdb_io/inspect.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 #include "vdb_io/vdb_directory.h"
-#include "vdb_io/vdb_reader.h"
 
 namespace pileus {
 namespace {

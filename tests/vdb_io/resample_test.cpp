@@ -1,4 +1,4 @@
-#include "vdb_io/resample.h"
+#include "vdb_io/openvdb/resample.h"
 
 #include <cmath>
 

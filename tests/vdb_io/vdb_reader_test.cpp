@@ -1,4 +1,4 @@
-#include "vdb_io/vdb_reader.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 
 #include <cmath>
 #include <limits>

@@ -11,7 +11,7 @@
 #include <openvdb/openvdb.h>
 
 #include "lib/core/error.h"
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/openvdb_library.h"
 
 /// Names a file of the outside test data, or skips the test where it is missing.
 #define PILEUS_REAL_FILE(variable, name)                                                  \

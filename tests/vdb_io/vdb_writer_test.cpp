@@ -1,4 +1,4 @@
-#include "vdb_io/vdb_writer.h"
+#include "vdb_io/openvdb/vdb_writer.h"
 
 #include <cmath>
 #include <limits>
@@ -8,8 +8,8 @@
 #include "lib/core/version.h"
 #include "tests/fixtures/temp_folder.h"
 #include "tests/vdb_io/vdb_test_files.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 #include "vdb_io/vdb_directory.h"
-#include "vdb_io/vdb_reader.h"
 
 namespace pileus {
 namespace {

@@ -1,4 +1,4 @@
-#include "vdb_io/volume_file.h"
+#include "vdb_io/openvdb/volume_file.h"
 
 #include <cmath>
 #include <random>
@@ -7,9 +7,9 @@
 #include "tests/vdb_io/vdb_test_files.h"
 #include "vdb_io/grid_aliases.h"
 #include "vdb_io/inspect.h"
-#include "vdb_io/vdb_reader.h"
+#include "vdb_io/openvdb/vdb_reader.h"
+#include "vdb_io/openvdb/volume_writer.h"
 #include "vdb_io/vdb_summary.h"
-#include "vdb_io/volume_writer.h"
 
 namespace pileus {
 namespace {

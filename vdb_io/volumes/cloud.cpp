@@ -43,8 +43,8 @@
 #include "lib/core/error.h"
 #include "lib/freeform/free_form.h"
 #include "lib/math/affine.h"
-#include "vdb_io/build_cloud.h"
-#include "vdb_io/grid_to_field.h"
+#include "vdb_io/openvdb/build_cloud.h"
+#include "vdb_io/openvdb/grid_to_field.h"
 
 namespace pileus {
 

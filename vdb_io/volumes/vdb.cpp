@@ -17,8 +17,8 @@
 #include <vector>
 
 #include "lib/scene/medium.h"
-#include "vdb_io/grid_to_field.h"
-#include "vdb_io/vdb_reader.h"
+#include "vdb_io/openvdb/grid_to_field.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 #include "vdb_io/volumes/reading_notes.h"
 
 namespace pileus {

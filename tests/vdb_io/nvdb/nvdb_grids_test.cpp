@@ -1,4 +1,4 @@
-#include "vdb_io/nvdb/nvdb_grids.h"
+#include "vdb_io/openvdb/nvdb_grids.h"
 
 #include <cmath>
 #include <cstring>
@@ -8,8 +8,8 @@
 #include "tests/fixtures/temp_folder.h"
 #include "tests/vdb_io/vdb_test_files.h"
 #include "vdb_io/nvdb/nvdb_layout.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 #include "vdb_io/vdb_directory.h"
-#include "vdb_io/vdb_reader.h"
 
 namespace pileus {
 namespace {

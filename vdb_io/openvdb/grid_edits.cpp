@@ -1,4 +1,4 @@
-#include "vdb_io/grid_edits.h"
+#include "vdb_io/openvdb/grid_edits.h"
 
 #include <algorithm>
 #include <cmath>
@@ -9,8 +9,8 @@
 #include <openvdb/tools/ChangeBackground.h>
 
 #include "lib/core/error.h"
-#include "vdb_io/grid_types.h"
-#include "vdb_io/grid_values.h"
+#include "vdb_io/openvdb/grid_types.h"
+#include "vdb_io/openvdb/grid_values.h"
 
 namespace pileus {
 namespace {

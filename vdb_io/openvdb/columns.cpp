@@ -1,9 +1,9 @@
-#include "vdb_io/columns.h"
+#include "vdb_io/openvdb/columns.h"
 
 #include <algorithm>
 #include <cmath>
 
-#include "vdb_io/grid_values.h"
+#include "vdb_io/openvdb/grid_values.h"
 
 namespace pileus {
 namespace {

@@ -1,13 +1,13 @@
-#include "vdb_io/conversion.h"
+#include "vdb_io/openvdb/conversion.h"
 
 #include <algorithm>
 #include <set>
 
 #include "lib/core/error.h"
 #include "lib/core/version.h"
-#include "vdb_io/grid_edits.h"
-#include "vdb_io/vdb_reader.h"
-#include "vdb_io/volume_file.h"
+#include "vdb_io/openvdb/grid_edits.h"
+#include "vdb_io/openvdb/vdb_reader.h"
+#include "vdb_io/openvdb/volume_file.h"
 
 namespace pileus {
 namespace {

@@ -3,8 +3,8 @@
 #include <array>
 #include <span>
 
-#include "vdb_io/build_cloud.h"
-#include "vdb_io/cloud_nodes.h"
+#include "vdb_io/openvdb/build_cloud.h"
+#include "vdb_io/openvdb/cloud_nodes.h"
 
 namespace pileus {
 

@@ -4,10 +4,10 @@
 #include <cmath>
 
 #include "lib/core/error.h"
-#include "vdb_io/columns.h"
 #include "vdb_io/diagnose.h"
-#include "vdb_io/vdb_reader.h"
-#include "vdb_io/volume_file.h"
+#include "vdb_io/openvdb/columns.h"
+#include "vdb_io/openvdb/vdb_reader.h"
+#include "vdb_io/openvdb/volume_file.h"
 
 namespace pileus {
 namespace {

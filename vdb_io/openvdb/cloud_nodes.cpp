@@ -1,4 +1,4 @@
-#include "vdb_io/cloud_nodes.h"
+#include "vdb_io/openvdb/cloud_nodes.h"
 
 #include <algorithm>
 

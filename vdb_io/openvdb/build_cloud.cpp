@@ -1,4 +1,4 @@
-#include "vdb_io/build_cloud.h"
+#include "vdb_io/openvdb/build_cloud.h"
 
 #include <algorithm>
 #include <array>
@@ -17,9 +17,9 @@
 #include "lib/core/memory_budget.h"
 #include "lib/core/parallel.h"
 #include "lib/core/version.h"
-#include "vdb_io/cloud_leaf.h"
-#include "vdb_io/cloud_nodes.h"
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/cloud_leaf.h"
+#include "vdb_io/openvdb/cloud_nodes.h"
+#include "vdb_io/openvdb/openvdb_library.h"
 
 namespace pileus {
 

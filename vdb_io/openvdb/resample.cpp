@@ -1,4 +1,4 @@
-#include "vdb_io/resample.h"
+#include "vdb_io/openvdb/resample.h"
 
 #include <algorithm>
 #include <cmath>
@@ -11,7 +11,7 @@
 #include "lib/core/memory_budget.h"
 #include "lib/core/overload.h"
 #include "lib/core/parallel.h"
-#include "vdb_io/grid_values.h"
+#include "vdb_io/openvdb/grid_values.h"
 
 namespace pileus {
 namespace {

@@ -1,12 +1,12 @@
-#include "vdb_io/grid_to_field.h"
+#include "vdb_io/openvdb/grid_to_field.h"
 
 #include <cmath>
 #include <vector>
 
 #include "lib/core/error.h"
 #include "lib/volume/grid_field.h"
-#include "vdb_io/grid_values.h"
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/grid_values.h"
+#include "vdb_io/openvdb/openvdb_library.h"
 
 namespace pileus {
 namespace {

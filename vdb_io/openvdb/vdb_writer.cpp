@@ -1,4 +1,4 @@
-#include "vdb_io/vdb_writer.h"
+#include "vdb_io/openvdb/vdb_writer.h"
 
 #include <algorithm>
 #include <array>
@@ -13,9 +13,9 @@
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
 #include "lib/core/version.h"
-#include "vdb_io/grid_types.h"
-#include "vdb_io/grid_values.h"
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/grid_types.h"
+#include "vdb_io/openvdb/grid_values.h"
+#include "vdb_io/openvdb/openvdb_library.h"
 #include "vdb_io/vdb_directory.h"
 
 namespace pileus {

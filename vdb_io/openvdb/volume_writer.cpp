@@ -1,13 +1,13 @@
-#include "vdb_io/volume_writer.h"
+#include "vdb_io/openvdb/volume_writer.h"
 
 #include <algorithm>
 
 #include "lib/core/error.h"
 #include "vdb_io/dense/dense_files.h"
-#include "vdb_io/dense_grid.h"
 #include "vdb_io/nvdb/nvdb_file.h"
-#include "vdb_io/nvdb/nvdb_grids.h"
-#include "vdb_io/vdb_writer.h"
+#include "vdb_io/openvdb/dense_grid.h"
+#include "vdb_io/openvdb/nvdb_grids.h"
+#include "vdb_io/openvdb/vdb_writer.h"
 #include "vdb_io/volume_format.h"
 
 namespace pileus {

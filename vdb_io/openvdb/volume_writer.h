@@ -10,8 +10,8 @@
 namespace pileus {
 
 struct VolumeWriteOptions {
-  bool half = false;  ///< 16-bit floats: .vdb, .npy, .raw
-  std::string codec;  ///< "none", "zip" or "blosc"; "": what suits the format
+  bool half = false;            ///< 16-bit floats: .vdb, .npy, .raw
+  std::string codec;            ///< "none", "zip" or "blosc"; "": what suits the format
   std::optional<int> df3_bits;  ///< 8, 16 or 32, 16 by default; of .df3 files only
 };
 

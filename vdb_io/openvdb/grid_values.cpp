@@ -1,4 +1,4 @@
-#include "vdb_io/grid_values.h"
+#include "vdb_io/openvdb/grid_values.h"
 
 #include <algorithm>
 #include <array>

@@ -1,13 +1,13 @@
-#include "vdb_io/dense_grid.h"
+#include "vdb_io/openvdb/dense_grid.h"
 
 #include <algorithm>
 #include <cmath>
 
 #include "lib/core/error.h"
 #include "lib/core/memory_budget.h"
-#include "vdb_io/grid_types.h"
-#include "vdb_io/grid_values.h"
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/grid_types.h"
+#include "vdb_io/openvdb/grid_values.h"
+#include "vdb_io/openvdb/openvdb_library.h"
 
 namespace pileus {
 namespace {

@@ -1,4 +1,4 @@
-#include "vdb_io/cloud_leaf.h"
+#include "vdb_io/openvdb/cloud_leaf.h"
 
 #include <algorithm>
 #include <span>

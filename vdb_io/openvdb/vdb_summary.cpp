@@ -1,7 +1,7 @@
 #include "vdb_io/vdb_summary.h"
 
-#include "vdb_io/columns.h"
-#include "vdb_io/vdb_reader.h"
+#include "vdb_io/openvdb/columns.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 
 namespace pileus {
 namespace {

@@ -6,7 +6,7 @@
 
 #include <openvdb/openvdb.h>
 
-#include "vdb_io/grid_values.h"
+#include "vdb_io/openvdb/grid_values.h"
 #include "vdb_io/vdb_directory.h"
 
 namespace pileus {

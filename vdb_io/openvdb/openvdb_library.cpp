@@ -1,4 +1,4 @@
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/openvdb_library.h"
 
 #include <openvdb/openvdb.h>
 

@@ -1,15 +1,15 @@
-#include "vdb_io/volume_file.h"
+#include "vdb_io/openvdb/volume_file.h"
 
 #include <map>
 
 #include "lib/core/error.h"
 #include "lib/core/memory_budget.h"
 #include "vdb_io/dense/dense_files.h"
-#include "vdb_io/dense_grid.h"
 #include "vdb_io/file_cursor.h"
 #include "vdb_io/nvdb/nvdb_file.h"
-#include "vdb_io/nvdb/nvdb_grids.h"
-#include "vdb_io/vdb_reader.h"
+#include "vdb_io/openvdb/dense_grid.h"
+#include "vdb_io/openvdb/nvdb_grids.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 
 namespace pileus {
 namespace {

@@ -1,4 +1,4 @@
-#include "vdb_io/vdb_reader.h"
+#include "vdb_io/openvdb/vdb_reader.h"
 
 #include <algorithm>
 #include <cmath>
@@ -8,9 +8,9 @@
 #include "lib/core/error.h"
 #include "lib/core/memory_budget.h"
 #include "vdb_io/grid_aliases.h"
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/openvdb_library.h"
+#include "vdb_io/openvdb/volume_file.h"
 #include "vdb_io/vdb_structure.h"
-#include "vdb_io/volume_file.h"
 
 namespace pileus {
 namespace {

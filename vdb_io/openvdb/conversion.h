@@ -10,8 +10,8 @@
 #include <openvdb/openvdb.h>
 
 #include "lib/math/vec.h"
-#include "vdb_io/resample.h"
-#include "vdb_io/volume_writer.h"
+#include "vdb_io/openvdb/resample.h"
+#include "vdb_io/openvdb/volume_writer.h"
 
 namespace pileus {
 

@@ -13,7 +13,8 @@ namespace pileus {
 /// Nothing in the image is trusted: every offset lies inside it and is aligned, no node is met more often
 /// than the image claims to have nodes, masks do not contradict each other, the transform can be inverted,
 /// and the checksum (of NanoVDB 32.0 to 32.5, where there is one) is right.
-/// errors: Error(file) with the byte in the unpacked grid; for types other than float, double, int32, bool, vec3s
+/// errors: Error(file) with the byte in the unpacked grid; for types other than float, double, int32, bool,
+/// vec3s
 ///         and the Fp ones
 openvdb::GridBase::Ptr grid_from_nvdb(const std::filesystem::path& path, const NvdbGridEntry& entry,
                                       const NvdbBuffer& buffer);

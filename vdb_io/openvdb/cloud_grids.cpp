@@ -1,4 +1,4 @@
-#include "vdb_io/cloud_grids.h"
+#include "vdb_io/openvdb/cloud_grids.h"
 
 #include <memory>
 #include <utility>

@@ -6,9 +6,9 @@
 
 #include "lib/core/error.h"
 #include "vdb_io/nvdb/nvdb_checksum.h"
-#include "vdb_io/nvdb/nvdb_grids.h"
 #include "vdb_io/nvdb/nvdb_layout.h"
-#include "vdb_io/openvdb_library.h"
+#include "vdb_io/openvdb/nvdb_grids.h"
+#include "vdb_io/openvdb/openvdb_library.h"
 
 namespace pileus {
 namespace {
