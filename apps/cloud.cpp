@@ -19,14 +19,11 @@
 #include "apps/numbers.h"
 #include "apps/progress_bar.h"
 #include "apps/scene_options.h"
-#include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
+#include "lib/core/named_errors.h"
 #include "lib/core/parallel.h"
-#include "lib/core/version.h"
 #include "lib/scene/animation.h"
-#include "vdb_io/openvdb/build_cloud.h"
-#include "vdb_io/openvdb/cloud_grids.h"
-#include "vdb_io/openvdb/vdb_writer.h"
+#include "vdb_io/load_openvdb.h"
 #include "vdb_io/volume_format.h"
 
 namespace pileus {
@@ -53,17 +50,44 @@ struct CloudCommand {
   void build_sequence() const;
   void build_file(const std::filesystem::path& file, double frame_number,
                   const std::string& progress_note) const;
-  openvdb::FloatGrid::Ptr build_density(const Named<CloudVolume>& named, const ProceduralCloud& cloud,
-                                        const std::string& progress_note) const;
-  std::vector<openvdb::GridBase::ConstPtr> build(const Named<CloudVolume>& named, const FreeForms& freeforms,
-                                                 const std::string& progress_note) const;
-  /// The same; errors say which cloud.
-  std::vector<openvdb::GridBase::ConstPtr> build_named(const Named<CloudVolume>& named,
-                                                       const FreeForms& freeforms,
-                                                       const std::string& progress_note) const;
+  CloudFile file_of(const Scene& scene, const std::filesystem::path& file) const;
   CloudGridOptions options_of(const CloudVolume& volume) const;
-  void report(const std::filesystem::path& file, const openvdb::GridBase& grid) const;
-  void report(const std::string& name, const CloudBuildCounters& counters, double seconds) const;
+  VdbWriteOptions write_options() const;
+};
+
+/// Shows how far each cloud is, and then what was found out about it.
+class Watch final : public CloudFileWatch {
+ public:
+  Watch(std::string progress_note, bool quiet) : m_progress_note(std::move(progress_note)), m_quiet(quiet) {}
+
+  void begin(const NamedCloud& cloud) override {
+    m_start = std::chrono::steady_clock::now();
+    m_bar.emplace("building " + cloud.name + m_progress_note, m_quiet);
+  }
+
+  bool go_on(double share) override {
+    if (m_bar) m_bar->update(share);
+    return !is_interrupted();
+  }
+
+  void end(const NamedCloud& cloud, const CloudBuildCounters& counters) override {
+    m_bar.reset();
+    if (m_quiet) return;
+    const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - m_start;
+    const auto percent = [&](int64_t count) { return 100 * double(count) / double(counters.voxels); };
+    fmt::print(
+        "{}: {} voxels in {:.2f} s: bounds found {:.1f} % empty and {:.1f} % full, {:.1f} % "
+        "were evaluated; {:.1f} % of the empty ones never were\n",
+        cloud.name, counters.voxels, seconds.count(), percent(counters.empty_by_bound),
+        percent(counters.full_by_bound), percent(counters.evaluated),
+        100 * counters.share_of_empty_by_bound());
+  }
+
+ private:
+  std::string m_progress_note;
+  bool m_quiet;
+  std::chrono::steady_clock::time_point m_start;
+  std::optional<ProgressBar> m_bar;
 };
 
 /// The scene's volumes of type `cloud`.
@@ -92,55 +116,6 @@ CloudGridOptions CloudCommand::options_of(const CloudVolume& volume) const {
   const bool is_by_limits = voxel_size == 0 && (max_voxels > 0 || !max_bytes.empty());
   if (is_by_limits) options.voxel_size = 0;
   return options;
-}
-
-openvdb::FloatGrid::Ptr CloudCommand::build_density(const Named<CloudVolume>& named,
-                                                    const ProceduralCloud& cloud,
-                                                    const std::string& progress_note) const {
-  CloudGridOptions options = options_of(*named.object);
-  CloudBuildCounters counters;
-  openvdb::FloatGrid::Ptr density;
-  const auto start = std::chrono::steady_clock::now();
-  {
-    ProgressBar bar("building " + named.name + progress_note, quiet);
-    options.progress = [&](double share) {
-      bar.update(share);
-      return !is_interrupted();
-    };
-    density = build_cloud(cloud, options, &counters);
-  }
-  const std::chrono::duration<double> seconds = std::chrono::steady_clock::now() - start;
-  if (!quiet) report(named.name, counters, seconds.count());
-  return density;
-}
-
-std::vector<openvdb::GridBase::ConstPtr> CloudCommand::build(const Named<CloudVolume>& named,
-                                                             const FreeForms& freeforms,
-                                                             const std::string& progress_note) const {
-  const ProceduralCloud cloud = named.object->cloud(freeforms);
-  const openvdb::FloatGrid::Ptr density = build_density(named, cloud, progress_note);
-  std::vector<openvdb::GridBase::ConstPtr> built;
-  const CloudFields fields(named.object->fields, cloud);
-  for (const std::string& name : grids) {
-    built.push_back(name == "density" ? openvdb::GridBase::Ptr(density)
-                                      : build_cloud_field(name, fields, *density));
-    if (is_interrupted()) throw Error(ErrorKind::cancelled, SourceLoc{}, "building the cloud was cancelled");
-  }
-  return built;
-}
-
-std::vector<openvdb::GridBase::ConstPtr> CloudCommand::build_named(const Named<CloudVolume>& named,
-                                                                   const FreeForms& freeforms,
-                                                                   const std::string& progress_note) const {
-  try {
-    return build(named, freeforms, progress_note);
-  } catch (const Error& error) {
-    if (error.kind() == ErrorKind::cancelled) throw;
-    std::vector<Diagnostic> diagnostics = error.diagnostics();
-    for (Diagnostic& diagnostic : diagnostics)
-      diagnostic.message = fmt::format("volume \"{}\": {}", named.name, diagnostic.message);
-    throw Error(error.kind(), std::move(diagnostics));
-  }
 }
 
 void CloudCommand::check() const {
@@ -175,50 +150,43 @@ void CloudCommand::check() const {
   }
 }
 
-void CloudCommand::report(const std::filesystem::path& file, const openvdb::GridBase& grid) const {
-  fmt::print("{}: {}, {} active voxels of {:.6g} m\n", file.string(), grid.getName(), grid.activeVoxelCount(),
-             grid.voxelSize().x());
-  if (grid.activeVoxelCount() == 0) {
+VdbWriteOptions CloudCommand::write_options() const {
+  VdbWriteOptions write;
+  write.half = half;
+  write.codec = codec == "zip" ? VdbCodec::zip : codec == "none" ? VdbCodec::none : VdbCodec::blosc;
+  return write;
+}
+
+CloudFile CloudCommand::file_of(const Scene& scene, const std::filesystem::path& file) const {
+  CloudFile cloud_file{file, {}, grids, write_options()};
+  for (const Named<CloudVolume>& named : clouds_of(scene)) {
+    const CloudVolume& volume = *named.object;
+    cloud_file.clouds.push_back(
+        {named.name, named_errors("volume", named.name, [&] { return volume.cloud(scene.freeforms); }),
+         volume.fields, options_of(volume)});
+  }
+  return cloud_file;
+}
+
+void show(const std::filesystem::path& file, const WrittenGrid& grid) {
+  fmt::print("{}: {}, {} active voxels of {:.6g} m\n", file.string(), grid.name, grid.active_voxels,
+             grid.voxel_size);
+  if (grid.active_voxels == 0) {
     std::fputs(fmt::format("pileus: warning: {}: {} is empty; a lower erosion or threshold, or a smaller "
                            "voxel_size, leaves more\n",
-                           file.string(), grid.getName())
+                           file.string(), grid.name)
                    .c_str(),
                stderr);
   }
 }
 
-void CloudCommand::report(const std::string& name, const CloudBuildCounters& counters, double seconds) const {
-  const auto percent = [&](int64_t count) { return 100 * double(count) / double(counters.voxels); };
-  fmt::print(
-      "{}: {} voxels in {:.2f} s: bounds found {:.1f} % empty and {:.1f} % full, {:.1f} % "
-      "were evaluated; {:.1f} % of the empty ones never were\n",
-      name, counters.voxels, seconds, percent(counters.empty_by_bound), percent(counters.full_by_bound),
-      percent(counters.evaluated), 100 * counters.share_of_empty_by_bound());
-}
-
 void CloudCommand::build_file(const std::filesystem::path& file, double frame_number,
                               const std::string& progress_note) const {
   const Scene scene = load_scene(recipe, scene_options.settings, frame_number);
-  const std::vector<Named<CloudVolume>> clouds = clouds_of(scene);
-  const AtomicFile probe(file);  // refuse now what could not be written after a long build
-  std::vector<openvdb::GridBase::ConstPtr> built;
-  for (const Named<CloudVolume>& cloud : clouds) {
-    for (const openvdb::GridBase::ConstPtr& grid : build_named(cloud, scene.freeforms, progress_note)) {
-      const auto named = openvdb::ConstPtrCast<openvdb::GridBase>(grid);
-      // One alone stays "density", which programs look for.
-      if (clouds.size() > 1)
-        named->setName(grids.size() == 1 ? cloud.name : cloud.name + "_" + grid->getName());
-      built.push_back(grid);
-    }
-  }
-  openvdb::MetaMap metadata;
-  metadata.insertMeta("creator", openvdb::StringMetadata(fmt::format("pileus {}", kVersion)));
-  VdbWriteOptions write;
-  write.half = half;
-  write.codec = codec == "zip" ? VdbCodec::zip : codec == "none" ? VdbCodec::none : VdbCodec::blosc;
-  write_vdb_grids(file, built, metadata, write);
+  Watch watch(progress_note, quiet);
+  const std::vector<WrittenGrid> written = load_openvdb().write_cloud_file(file_of(scene, file), watch);
   if (quiet) return;
-  for (const auto& grid : built) report(file, *grid);
+  for (const WrittenGrid& grid : written) show(file, grid);
 }
 
 void CloudCommand::run() const {

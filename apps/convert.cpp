@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -14,7 +15,7 @@
 #include "apps/progress_bar.h"
 #include "lib/core/atomic_file.h"
 #include "lib/core/error.h"
-#include "vdb_io/openvdb/conversion.h"
+#include "vdb_io/load_openvdb.h"
 
 namespace pileus {
 namespace {
@@ -34,16 +35,11 @@ Examples:
   pileus convert broken.vdb sound.vdb --nan density=0 --min density=0
   pileus convert smoke.%04d.vdb smoke.%04d.nvdb --frames 1-48)";
 
-void show(const Conversion& conversion, const CarriedVolume& volume) {
-  for (const CarriedGrid& carried : volume.grids) {
-    const openvdb::GridBase& grid = *carried.grid;
-    const std::string name = grid.getName();
-    fmt::print("{}: {}{} ({}{}), {} active voxels of {:.6g} m\n", conversion.output.string(), name,
-               name == carried.name_in_file ? "" : " <- " + carried.name_in_file, grid.valueType(),
-               grid.getGridClass() == openvdb::GRID_UNKNOWN
-                   ? ""
-                   : ", " + openvdb::GridBase::gridClassToString(grid.getGridClass()),
-               grid.activeVoxelCount(), grid.voxelSize().x());
+void show(const Conversion& conversion, const std::vector<WrittenGrid>& grids) {
+  for (const WrittenGrid& grid : grids) {
+    fmt::print("{}: {}{} ({}{}), {} active voxels of {:.6g} m\n", conversion.output.string(), grid.name,
+               grid.name == grid.name_in_input ? "" : " <- " + grid.name_in_input, grid.value_type,
+               grid.grid_class.empty() ? "" : ", " + grid.grid_class, grid.active_voxels, grid.voxel_size);
   }
 }
 
@@ -58,10 +54,10 @@ void convert(const Conversion& conversion, bool quiet) {
     if (!quiet) std::fprintf(stderr, "pileus: note: %s\n", note.c_str());
   };
   check_writable(conversion.output);
-  const CarriedVolume volume = carry_volume(conversion, tell);
-  const CancellableScope cancellable;  // writing cleans up behind itself
-  write_carried(conversion, volume, tell);
-  if (!quiet) show(conversion, volume);
+  std::optional<CancellableScope> cancellable;  // writing cleans up behind itself
+  const std::vector<WrittenGrid> written =
+      load_openvdb().convert(conversion, tell, [&] { cancellable.emplace(); });
+  if (!quiet) show(conversion, written);
   if (is_interrupted()) throw Error(ErrorKind::cancelled, SourceLoc{}, "interrupted");
 }
 

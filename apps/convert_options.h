@@ -4,7 +4,7 @@
 #include <utility>
 #include <vector>
 
-#include "vdb_io/openvdb/conversion.h"
+#include "vdb_io/conversion.h"
 
 namespace CLI {
 class App;

@@ -13,7 +13,7 @@
 #include "apps/limited_child.h"
 #include "lib/core/error.h"
 #include "lib/core/memory_budget.h"
-#include "vdb_io/inspect.h"
+#include "vdb_io/load_openvdb.h"
 
 namespace pileus {
 namespace {
@@ -267,7 +267,7 @@ int report_unreadable(const InfoOptions& options, const char* code, const std::s
 }
 
 int look_into(const InfoOptions& options) {
-  const VdbReport report = inspect_vdb(options.file, options.grid);
+  const VdbReport report = load_openvdb().inspect_vdb(options.file, options.grid);
   if (options.json) {
     print_json(options, report);
   } else {

@@ -7,24 +7,11 @@
 #include <fmt/ranges.h>
 
 #include "lib/core/error.h"
+#include "lib/core/named_errors.h"
 #include "lib/scene/formed_shape.h"
 
 namespace pileus {
 namespace {
-
-/// Calls body; an error that it throws gets the name of the volume or object.
-template <class Body>
-auto named_errors(const char* kind, const std::string& name, Body&& body) {
-  try {
-    return body();
-  } catch (const Error& error) {
-    std::vector<Diagnostic> diagnostics = error.diagnostics();
-    for (Diagnostic& diagnostic : diagnostics) {
-      diagnostic.message = fmt::format("{} \"{}\": {}", kind, name, diagnostic.message);
-    }
-    throw Error(error.kind(), std::move(diagnostics));
-  }
-}
 
 /// Makes objects of what they are made of, each once.
 class ShapeBuilder {

@@ -125,14 +125,14 @@ TEST(LayeringRules, includes_start_at_the_root) {
 }
 
 TEST(LayeringRules, each_library_has_its_folder) {
-  EXPECT_EQ(complaints("vdb_io/a.cpp", "#include <openvdb/openvdb.h>\n"), "");
+  EXPECT_EQ(complaints("vdb_io/openvdb/a.cpp", "#include <openvdb/openvdb.h>\n"), "");
   EXPECT_EQ(complaints("lib/image/a.cpp", "#include <ImfOutputFile.h>\n"), "");
   EXPECT_EQ(complaints("integrators/kernels/a.cpp", "#include \"hwy/highway.h\"\n"), "");
   EXPECT_EQ(
       complaints("lib/core/a.cpp", "#include <fmt/format.h>\n#include <ImathVec.h>\n#include <vector>\n"),
       "");
   EXPECT_EQ(complaints("lib/core/a.cpp", "#include <openvdb/openvdb.h>\n"),
-            "lib/core/a.cpp:1: includes <openvdb/openvdb.h>; OpenVDB is known only to vdb_io, tests");
+            "lib/core/a.cpp:1: includes <openvdb/openvdb.h>; OpenVDB is known only to vdb_io/openvdb, tests");
   EXPECT_NE(complaints("vdb_io/a.cpp", "#include <tbb/parallel_for.h>\n"), "");
   EXPECT_NE(complaints("apps/a.cpp", "#include <toml++/toml.h>\n"), "");
   EXPECT_NE(complaints("lib/scene/a.cpp", "#include <CLI/CLI.hpp>\n"), "");

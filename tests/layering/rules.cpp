@@ -51,7 +51,7 @@ struct Library {
   std::vector<std::string> folders;
 };
 const std::vector<Library> kLibraries = {
-    {"OpenVDB", std::regex("openvdb/.*"), {"vdb_io", "tests"}},
+    {"OpenVDB", std::regex("openvdb/.*"), {"vdb_io/openvdb", "tests"}},
     {"NanoVDB", std::regex("nanovdb/.*"), {"vdb_io", "tests"}},
     {"OpenEXR", std::regex("(OpenEXR/.*)|((Imf|Iex|IlmThread).*)"), {"lib/image", "tests"}},
     {"OpenImageIO", std::regex("OpenImageIO/.*"), {"lib/image/pictures"}},

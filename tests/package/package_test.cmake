@@ -67,6 +67,18 @@ expect_output("pileus plugins" "-1 < g < 1")
 run("render with the program" ${prefix}/bin/pileus render ${scene} -o ${WORK_DIR}/program.exr --quiet)
 run("diff" ${prefix}/bin/pileus diff ${WORK_DIR}/find_package.exr ${WORK_DIR}/program.exr --fail "max>0")
 
+# A program that hands over a grid of its own.
+run("show an OpenVDB grid" ${WORK_DIR}/build/own_grid)
+expect_output("the program with an OpenVDB grid" "^0\\.75\n$")
+
+# What needs OpenVDB finds it through a library of its own beside libpileus; all else works without.
+set(cloud ${CMAKE_CURRENT_LIST_DIR}/outside/cloud.toml)
+set(render_cloud ${prefix}/bin/pileus render ${cloud} -o ${WORK_DIR}/cloud.exr --quiet)
+run("render a cloud" ${render_cloud})
+file(REMOVE ${prefix}/${LIBDIR}/libpileus_openvdb.so)
+expect_refusal("render a cloud without the library" "libpileus_openvdb.so: error: cannot be loaded" ${render_cloud})
+run("render no cloud without the library" ${prefix}/bin/pileus render ${scene} -o ${WORK_DIR}/without.exr --quiet)
+
 # OpenImageIO is found through a library of its own beside libpileus; without it, or with that of another version, all
 # but pictures other than EXR works, and is refused before the render.
 set(pictures ${prefix}/${LIBDIR}/libpileus_pictures.so)
@@ -74,8 +86,8 @@ set(render_png ${prefix}/bin/pileus render ${scene} -o ${WORK_DIR}/program.png -
 run("render a PNG picture" ${render_png})
 run("read a PNG picture" ${prefix}/bin/pileus diff ${WORK_DIR}/program.png ${WORK_DIR}/program.png --fail "max>0")
 run("libraries that every start loads" ldd ${prefix}/bin/pileus)
-if(output MATCHES "OpenImageIO")
-  message(FATAL_ERROR "OpenImageIO is loaded at every start:\n${output}")
+if(output MATCHES "OpenImageIO|openvdb|assimp")
+  message(FATAL_ERROR "${CMAKE_MATCH_0} is loaded at every start:\n${output}")
 endif()
 file(REMOVE ${pictures})
 expect_refusal("render PNG without the library" "libpileus_pictures.so: error: cannot be loaded" ${render_png})

@@ -82,11 +82,6 @@ typename Grid::Ptr field_grid(const std::string& name, const openvdb::FloatGrid&
 
 }  // namespace
 
-const std::vector<std::string>& cloud_field_names() {
-  static const std::vector<std::string> names{"temperature", "Cd", "vel"};
-  return names;
-}
-
 openvdb::GridBase::Ptr build_cloud_field(const std::string& name, const CloudFields& fields,
                                          const openvdb::FloatGrid& density) {
   if (name == "temperature") {

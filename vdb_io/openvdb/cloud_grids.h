@@ -5,17 +5,18 @@
 
 #include <openvdb/openvdb.h>
 
-#include "lib/cloud/cloud_fields.h"
+#include "vdb_io/cloud_file.h"
+#include "vdb_io/written_grid.h"
 
 namespace pileus {
 
-/// The grids that a cloud can have besides "density", as the big programs call them: temperature (float), Cd
-/// and vel (vectors).
-const std::vector<std::string>& cloud_field_names();
-
-/// One of them, active where the density is. Uses parallel_for; the same bit for bit whatever the number of
-/// threads. `name` is one of cloud_field_names().
+/// One of cloud_field_names(), active where the density is. Uses parallel_for; the same bit for bit whatever
+/// the number of threads.
 openvdb::GridBase::Ptr build_cloud_field(const std::string& name, const CloudFields& fields,
                                          const openvdb::FloatGrid& density);
+
+/// Builds the clouds of a file and writes it.
+/// errors: those of build_cloud, with the volume's name; those of write_vdb_grids; Error(cancelled)
+std::vector<WrittenGrid> write_cloud_file(const CloudFile& file, CloudFileWatch& watch);
 
 }  // namespace pileus

@@ -1,20 +1,12 @@
 #pragma once
 
 #include <filesystem>
-#include <variant>
 
 #include <openvdb/openvdb.h>
 
-namespace pileus {
+#include "vdb_io/conversion.h"
 
-/// New voxels: cubes of an edge in metres, or a multiple of the old edges.
-struct VoxelEdge {
-  double meters;
-};
-struct VoxelFactor {
-  double factor;
-};
-using NewVoxels = std::variant<VoxelEdge, VoxelFactor>;
+namespace pileus {
 
 /// The grid on new voxels, which cover the same space: the corner of the cell of voxel 0 stays where it is. A
 /// new voxel holds the mean of the old ones that its cell covers, each by its share, where it is larger than

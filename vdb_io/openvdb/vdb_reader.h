@@ -7,18 +7,10 @@
 #include <openvdb/openvdb.h>
 
 #include "vdb_io/openvdb/grid_values.h"
+#include "vdb_io/read_options.h"
 #include "vdb_io/vdb_directory.h"
 
 namespace pileus {
-
-enum class LevelSetPolicy { refuse, to_fog };
-enum class BadValuePolicy { refuse, to_zero };
-
-struct VdbReadOptions {
-  std::string grid{};  ///< "density", or "density[1]" where names repeat; "": see choose_grid
-  LevelSetPolicy level_set = LevelSetPolicy::refuse;
-  BadValuePolicy bad_values = BadValuePolicy::refuse;  ///< NaN, infinite and negative densities
-};
 
 struct DensityGrid {
   openvdb::FloatGrid::Ptr grid;  ///< fog volume: values finite and >= 0, background 0, affine transform

@@ -190,4 +190,16 @@ void write_vdb_grids(const std::filesystem::path& path, std::span<const openvdb:
   output.commit();
 }
 
+WrittenGrid written_grid(const openvdb::GridBase& grid) {
+  const openvdb::GridClass grid_class = grid.getGridClass();
+  WrittenGrid written;
+  written.name = grid.getName();
+  written.value_type = grid.valueType();
+  if (grid_class != openvdb::GRID_UNKNOWN)
+    written.grid_class = openvdb::GridBase::gridClassToString(grid_class);
+  written.active_voxels = grid.activeVoxelCount();
+  written.voxel_size = grid.voxelSize().x();
+  return written;
+}
+
 }  // namespace pileus

@@ -6,17 +6,10 @@
 
 #include <openvdb/openvdb.h>
 
+#include "vdb_io/write_options.h"
+#include "vdb_io/written_grid.h"
+
 namespace pileus {
-
-/// OpenVDB zips neither fog volumes nor level sets: those stay unpacked where zip is asked for.
-enum class VdbCodec { none, blosc, zip };
-
-struct VdbWriteOptions {
-  bool half = false;  ///< store values as 16-bit floats; write_vdb_grids: also where false, grids
-                      ///< that say so themselves
-  VdbCodec codec = VdbCodec::blosc;  ///< for the active voxels; inactive ones are left out either way
-  std::string creator{};             ///< file metadata "creator"; "": "pileus VERSION"
-};
 
 /// Writes fog volumes to a `.vdb` file as other programs expect them: class fog volume, background 0,
 /// statistics in each grid's metadata. The grids are not modified. The file appears under its name only when
@@ -36,5 +29,8 @@ void write_vdb(const std::filesystem::path& path, std::span<const openvdb::Float
 ///         be written
 void write_vdb_grids(const std::filesystem::path& path, std::span<const openvdb::GridBase::ConstPtr> grids,
                      const openvdb::MetaMap& metadata, const VdbWriteOptions& options = {});
+
+/// What is told of a grid in a file that has been written.
+WrittenGrid written_grid(const openvdb::GridBase& grid);
 
 }  // namespace pileus

@@ -1,19 +1,14 @@
 #pragma once
 
 #include <filesystem>
-#include <optional>
 #include <string>
 #include <vector>
 
 #include <openvdb/openvdb.h>
 
-namespace pileus {
+#include "vdb_io/write_options.h"
 
-struct VolumeWriteOptions {
-  bool half = false;            ///< 16-bit floats: .vdb, .npy, .raw
-  std::string codec;            ///< "none", "zip" or "blosc"; "": what suits the format
-  std::optional<int> df3_bits;  ///< 8, 16 or 32, 16 by default; of .df3 files only
-};
+namespace pileus {
 
 /// Writes grids as they are: type, values, class, transform, and as much metadata as the format can hold.
 /// returns: what a reader of the file should know, a sentence each

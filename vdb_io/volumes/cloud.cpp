@@ -42,9 +42,7 @@
 #include "lib/cloud/cloud_presets.h"
 #include "lib/core/error.h"
 #include "lib/freeform/free_form.h"
-#include "lib/math/affine.h"
-#include "vdb_io/openvdb/build_cloud.h"
-#include "vdb_io/openvdb/grid_to_field.h"
+#include "vdb_io/load_openvdb.h"
 
 namespace pileus {
 
@@ -97,7 +95,7 @@ void CloudVolume::commit(std::vector<std::string>& problems) {
 }
 
 std::shared_ptr<const DensityField> CloudVolume::build(const FreeForms& freeforms) const {
-  return field_from_grid(build_cloud(cloud(freeforms), grid_options()), Affine());
+  return load_openvdb().build_cloud_field(cloud(freeforms), grid_options());
 }
 
 ProceduralCloud CloudVolume::cloud(const FreeForms& freeforms) const {

@@ -8,7 +8,7 @@
 #include "lib/cloud/cloud_fields.h"
 #include "lib/cloud/procedural_cloud.h"
 #include "lib/scene/medium.h"
-#include "vdb_io/openvdb/build_cloud.h"
+#include "vdb_io/cloud_grid_options.h"
 
 namespace pileus {
 

@@ -12,36 +12,14 @@
 /// turned into fog only on request, and NaN, infinite or negative densities are an error unless `nan =
 /// "zero"`.
 #include <filesystem>
+#include <memory>
 #include <string>
-#include <utility>
-#include <vector>
 
 #include "lib/scene/medium.h"
-#include "vdb_io/openvdb/grid_to_field.h"
-#include "vdb_io/openvdb/vdb_reader.h"
-#include "vdb_io/volumes/reading_notes.h"
+#include "vdb_io/load_openvdb.h"
 
 namespace pileus {
 namespace {
-
-class LoadedGrid final : public LoadedDensity, public ReadingNotes {
- public:
-  LoadedGrid(DensityGrid density, const Affine& world_from_object)
-      : m_grid(std::move(density.grid)),
-        m_notes(std::move(density.notes)),
-        m_world_from_object(world_from_object) {}
-
-  std::vector<std::string> notes() const override { return m_notes; }
-
-  std::shared_ptr<const DensityField> build() const override {
-    return field_from_grid(m_grid, m_world_from_object);
-  }
-
- private:
-  openvdb::FloatGrid::ConstPtr m_grid;
-  std::vector<std::string> m_notes;
-  Affine m_world_from_object;
-};
 
 struct VdbVolume final : Medium {
   std::filesystem::path file;
@@ -64,7 +42,7 @@ struct VdbVolume final : Medium {
   std::unique_ptr<LoadedDensity> load() const override {
     const VdbReadOptions options{grid, level_set == "fog" ? LevelSetPolicy::to_fog : LevelSetPolicy::refuse,
                                  nan == "zero" ? BadValuePolicy::to_zero : BadValuePolicy::refuse};
-    return std::make_unique<LoadedGrid>(read_density_grid(file, options), world_from_object());
+    return load_openvdb().load_density(file, options, world_from_object());
   }
 
   std::shared_ptr<const DensityField> build(const FreeForms&) const override { return load()->build(); }

@@ -1,4 +1,4 @@
-#include "vdb_io/openvdb/conversion.h"
+#include "vdb_io/openvdb/carried_volume.h"
 
 #include <algorithm>
 #include <set>
@@ -6,8 +6,11 @@
 #include "lib/core/error.h"
 #include "lib/core/version.h"
 #include "vdb_io/openvdb/grid_edits.h"
+#include "vdb_io/openvdb/resample.h"
 #include "vdb_io/openvdb/vdb_reader.h"
+#include "vdb_io/openvdb/vdb_writer.h"
 #include "vdb_io/openvdb/volume_file.h"
+#include "vdb_io/openvdb/volume_writer.h"
 
 namespace pileus {
 namespace {
@@ -251,12 +254,19 @@ CarriedVolume carry_volume(const Conversion& conversion, const Tell& tell) {
   return Carrier(conversion, tell).run();
 }
 
-void write_carried(const Conversion& conversion, const CarriedVolume& volume, const Tell& tell) {
+std::vector<WrittenGrid> write_carried(const Conversion& conversion, const CarriedVolume& volume,
+                                       const Tell& tell) {
   std::vector<openvdb::GridBase::Ptr> grids;
   for (const CarriedGrid& carried : volume.grids) grids.push_back(carried.grid);
   for (const std::string& note : write_volume(conversion.output, grids, volume.metadata, conversion.write)) {
     tell(fmt::format("{}: {}", conversion.output.string(), note));
   }
+  std::vector<WrittenGrid> written;
+  for (const CarriedGrid& carried : volume.grids) {
+    written.push_back(written_grid(*carried.grid));
+    written.back().name_in_input = carried.name_in_file;
+  }
+  return written;
 }
 
 }  // namespace pileus

@@ -1,19 +1,27 @@
 #pragma once
 
+#include <cstdint>
 #include <filesystem>
 #include <functional>
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
-#include <openvdb/openvdb.h>
-
 #include "lib/math/vec.h"
-#include "vdb_io/openvdb/resample.h"
-#include "vdb_io/openvdb/volume_writer.h"
+#include "vdb_io/write_options.h"
 
 namespace pileus {
+
+/// New voxels: cubes of an edge in metres, or a multiple of the old edges.
+struct VoxelEdge {
+  double meters;
+};
+struct VoxelFactor {
+  double factor;
+};
+using NewVoxels = std::variant<VoxelEdge, VoxelFactor>;
 
 /// Values for grids by name.
 using GridNumbers = std::vector<std::pair<std::string, double>>;
@@ -37,27 +45,7 @@ struct Conversion {
   VolumeWriteOptions write;
 };
 
-/// A grid on its way, and what its file calls it: uniquely, and as it stands there.
-struct CarriedGrid {
-  openvdb::GridBase::Ptr grid;
-  std::string name_in_file, base_name;
-};
-
-struct CarriedVolume {
-  std::vector<CarriedGrid> grids;
-  openvdb::MetaMap metadata;  ///< of the file as a whole
-};
-
 /// Hears of what was chosen, changed or left out, a sentence each.
 using Tell = std::function<void(const std::string&)>;
-
-/// Reads and changes the grids; writes nothing.
-/// errors: Error(file) as the readers and edits; Error(usage) for grids that are not there, two of one name,
-///         an output that is an input or no volume
-CarriedVolume carry_volume(const Conversion& conversion, const Tell& tell);
-
-/// Writes what carry_volume made of it.
-/// errors: as write_volume
-void write_carried(const Conversion& conversion, const CarriedVolume& volume, const Tell& tell);
 
 }  // namespace pileus
