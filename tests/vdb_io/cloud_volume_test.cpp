@@ -7,6 +7,7 @@
 #include "lib/cloud/cloud_presets.h"
 #include "lib/core/error.h"
 #include "lib/scene/scene.h"
+#include "vdb_io/openvdb/build_cloud.h"
 #include "vdb_io/volumes/cloud.h"
 
 namespace pileus {
