@@ -69,6 +69,8 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
   const bool wants_bound = plan.aovs.count("error_bound") > 0;
   for (const WorldMedium& medium : world.media) {
     if (medium.density->has_bricks()) {
+      if (medium.density->places().size() > 1)
+        return "volume \"" + medium.name + "\" stands in several places";
       if (!wants_bound && depth_of_voxel(medium) > kDeepestVoxel)
         return "light ends within a small part of a voxel of volume \"" + medium.name + "\"";
       continue;

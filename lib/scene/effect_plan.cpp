@@ -82,11 +82,13 @@ std::vector<std::string> aov_names() {
 EffectPlan plan_effects(const Scene& scene) {
   EffectPlan plan;
   plan.aovs = parse_aovs(scene.render.aovs);
+  std::vector<Named<Medium>> volumes = scene.volumes;
+  std::erase_if(volumes, [](const Named<Medium>& volume) { return volume.object->hidden; });
 
   const auto dims = [](const Medium& m) { return m.extinction > 0.0; };
   const auto glows = [](const Medium& m) { return has_light(m.emission); };
   const auto scatters = [&](const Medium& m) { return dims(m) && has_light(m.albedo); };
-  const std::string dimming = names_where<Medium>(scene.volumes, dims);
+  const std::string dimming = names_where<Medium>(volumes, dims);
   const std::string all_lights = names_where<Light>(scene.lights, [](const Light&) { return true; });
   const std::string local =
       names_where<Light>(scene.lights, [](const Light& l) { return !l.is_directional(); });
@@ -94,21 +96,21 @@ EffectPlan plan_effects(const Scene& scene) {
       names_where<Shape>(scene.objects, [](const Shape& shape) { return !shape.hidden; });
 
   plan.media = add_effect(
-      plan, "media", names_where<Medium>(scene.volumes, [&](const Medium& m) { return dims(m) || glows(m); }),
-      "volumes that dim or glow: ",
-      scene.volumes.empty() ? "the scene has no volume" : "no volume dims or glows", "density_samples");
-  plan.several_media = add_effect(plan, "several_media",
-                                  scene.volumes.size() > 1 ? fmt::format("{}", scene.volumes.size()) : "",
-                                  "coefficients add up; number of volumes: ", "at most one volume", "");
-  const std::string scattering = all_lights.empty() ? "" : names_where<Medium>(scene.volumes, scatters);
+      plan, "media", names_where<Medium>(volumes, [&](const Medium& m) { return dims(m) || glows(m); }),
+      "volumes that dim or glow: ", volumes.empty() ? "the scene has no volume" : "no volume dims or glows",
+      "density_samples");
+  plan.several_media =
+      add_effect(plan, "several_media", volumes.size() > 1 ? fmt::format("{}", volumes.size()) : "",
+                 "coefficients add up; number of volumes: ", "at most one volume", "");
+  const std::string scattering = all_lights.empty() ? "" : names_where<Medium>(volumes, scatters);
   plan.scattering =
       add_effect(plan, "scattering", scattering, "lit volumes that scatter: ",
                  all_lights.empty() ? "the scene has no light" : "no volume has extinction and albedo",
                  "source_samples");
   const auto lit_where = [&](const std::function<bool(const Medium&)>& condition) {
-    return plan.scattering ? names_where<Medium>(scene.volumes,
-                                                 [&](const Medium& m) { return scatters(m) && condition(m); })
-                           : "";
+    return plan.scattering
+               ? names_where<Medium>(volumes, [&](const Medium& m) { return scatters(m) && condition(m); })
+               : "";
   };
   plan.anisotropic_phase = add_effect(
       plan, "anisotropic_phase", lit_where([](const Medium& m) { return !m.phase->is_isotropic(); }),
@@ -123,12 +125,12 @@ EffectPlan plan_effects(const Scene& scene) {
                  "darker where thin towards the light: ", "no lit volume has a powder strength", "");
   plan.ambient = add_effect(
       plan, "ambient",
-      names_where<Medium>(scene.volumes,
+      names_where<Medium>(volumes,
                           [&](const Medium& m) {
                             return scatters(m) && (has_light(m.ambient.top) || has_light(m.ambient.bottom));
                           }),
       "volumes in the light of a sky: ", "no volume that scatters has ambient radiance", "ambient_samples");
-  plan.emission = add_effect(plan, "emission", names_where<Medium>(scene.volumes, glows),
+  plan.emission = add_effect(plan, "emission", names_where<Medium>(volumes, glows),
                              "volumes that glow: ", "no volume has emission", "");
   plan.surfaces =
       add_effect(plan, "surfaces", solids, "solid objects: ", "the scene has no object", "surface_hits");
@@ -172,11 +174,11 @@ EffectPlan plan_effects(const Scene& scene) {
       "in front of what is seen: ", scene.fogs.empty() ? "the scene has no fog" : "no fog has an extinction",
       "fog_veils");
   const bool may_coarsen = scene.render.integrator && scene.render.integrator->has_level_of_detail();
-  plan.level_of_detail = add_effect(
-      plan, "level_of_detail",
-      may_coarsen ? names_where<Medium>(scene.volumes, [](const Medium& m) { return m.is_grid(); }) : "",
-      "grids that may be read at coarser levels where the camera sees them from afar: ",
-      may_coarsen ? "no volume is a grid" : "the integrator reads grids as they are", "");
+  plan.level_of_detail =
+      add_effect(plan, "level_of_detail",
+                 may_coarsen ? names_where<Medium>(volumes, [](const Medium& m) { return m.is_grid(); }) : "",
+                 "grids that may be read at coarser levels where the camera sees them from afar: ",
+                 may_coarsen ? "no volume is a grid" : "the integrator reads grids as they are", "");
   for (const AovInfo& aov : kAovs) {
     const bool on = plan.aovs.count(aov.name) > 0;
     plan.effects.push_back({fmt::format("aov_{}", aov.name), on,

@@ -7,6 +7,11 @@ namespace pileus {
 
 void Medium::describe(ParamTable& params) {
   describe_density(params);
+  if (has_own_light()) describe_light(params);
+  params.boolean("hidden", hidden, "not shown itself: only its instances are");
+}
+
+void MediumLight::describe_light(ParamTable& params) {
   params.number("extinction", extinction, "1/m", "extinction coefficient where the density is 1").at_least(0);
   params.rgb("albedo", albedo, "1", "share of the extinction that is scattering").at_least(0).at_most(1);
   params.rgb("emission", emission, "W/(m3 sr)", "radiance emitted per metre where the density is 1")

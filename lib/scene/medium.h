@@ -26,11 +26,9 @@ class LoadedDensity {
   virtual std::shared_ptr<const DensityField> build() const = 0;
 };
 
-/// A volume of the scene: where its density comes from (the plugin) and what light does in it (the common
-/// part). sigma_t(p) = extinction * rho(p): grey, so that alpha = 1 - transmittance is one number per pixel.
-struct Medium : Plugin {
-  static constexpr const char* kKind = "volume";
-
+/// What light does in a volume. sigma_t(p) = extinction * rho(p): grey, so that alpha = 1 - transmittance is
+/// one number per pixel.
+struct MediumLight {
   double extinction = 1.0;      ///< sigma_t at rho = 1 [1/m]
   Rgb albedo{1.0, 1.0, 1.0};    ///< sigma_s / sigma_t, per channel
   Rgb emission{0.0, 0.0, 0.0};  ///< radiance emitted per metre at rho = 1 [W/(m3 sr)]
@@ -39,10 +37,23 @@ struct Medium : Plugin {
   Powder powder;
   SkyAround ambient;
 
+  void describe_light(ParamTable& params);
+};
+
+/// A volume of the scene: where its density comes from (the plugin) and what light does in it (the common
+/// part).
+struct Medium : Plugin, MediumLight {
+  static constexpr const char* kKind = "volume";
+
+  bool hidden = false;  ///< not part of the world itself: instances are made of it
+
   void describe(ParamTable& params) final;
 
   /// The parameters of the density source.
   virtual void describe_density(ParamTable& params) = 0;
+
+  /// False where light does what it does in another volume.
+  virtual bool has_own_light() const { return true; }
 
   /// True where the density is a grid of voxels.
   virtual bool is_grid() const { return false; }

@@ -2,12 +2,14 @@
 #include <cerrno>
 #include <cstring>
 #include <fstream>
+#include <functional>
 #include <iterator>
 #include <set>
 #include <sstream>
 
 #include "lib/scene/animation.h"
 #include "lib/scene/free_form_recipe.h"
+#include "lib/scene/instanced_medium.h"
 #include "lib/scene/key_depth.h"
 #include "lib/scene/keyframes.h"
 #include "lib/scene/param_reader.h"
@@ -127,6 +129,7 @@ class SceneReader {
     m_scene.fogs = read_named<FogModel>();
     read_freeforms();
     check_references();
+    light_instances();
     make_freeforms();
     if (!m_reader.problems().empty()) throw Error(ErrorKind::scene, m_reader.sorted_problems());
     m_scene.files = m_reader.files();
@@ -299,6 +302,38 @@ class SceneReader {
     }
   }
 
+  /// Instances of volumes get the light of these; those of instances, too.
+  void light_instances() {
+    if (!m_reader.problems().empty()) return;
+    constexpr size_t kDeepest = 32;
+    const toml::table* table = section(Medium::kKind);
+    const auto volume = [&](const std::string& name) {
+      return std::find_if(m_scene.volumes.begin(), m_scene.volumes.end(),
+                          [&](const Named<Medium>& named) { return named.name == name; });
+    };
+    for (Named<Medium>& named : m_scene.volumes) {
+      const auto* instance = dynamic_cast<const InstancedMedium*>(named.object.get());
+      if (!instance) continue;
+      std::string path = named.name;
+      std::shared_ptr<const Medium> original;
+      for (size_t depth = 0; instance && depth <= kDeepest; ++depth) {
+        path += " -> " + instance->original();
+        original = volume(instance->original())->object;
+        instance = dynamic_cast<const InstancedMedium*>(original.get());
+      }
+      if (instance) {
+        m_reader.problem(
+            m_reader.loc(*table->get(named.name)),
+            fmt::format("volume \"{}\" is made of itself, or of instances of instances more than {} "
+                        "times: {}; expected volumes that do not lead back",
+                        named.name, kDeepest, path.substr(0, 120)));
+      } else {
+        // Nobody else has seen it yet.
+        static_cast<MediumLight&>(*std::const_pointer_cast<Medium>(named.object)) = *original;
+      }
+    }
+  }
+
   static constexpr const char* kFreeFormSection = FreeFormRecipe::kSection;
 
   const toml::table& m_root;
@@ -336,6 +371,20 @@ std::set<std::string> forms_named_in(const toml::node& part, const toml::table& 
   std::set<std::string> forms;
   add_forms_named_in(part, root, forms);
   return forms;
+}
+
+/// A volume, the one that it is an instance of, and so on.
+std::vector<std::reference_wrapper<const toml::node>> with_originals(const toml::node& volume,
+                                                                     const toml::table& volumes) {
+  std::vector<std::reference_wrapper<const toml::node>> nodes{volume};
+  while (nodes.size() <= volumes.size()) {
+    const toml::table* table = nodes.back().get().as_table();
+    const auto* of = table ? table->get_as<std::string>("of") : nullptr;
+    const toml::node* original = of ? volumes.get(of->get()) : nullptr;
+    if (!original) break;
+    nodes.emplace_back(*original);
+  }
+  return nodes;
 }
 
 /// The text as a tree, with overrides, at a frame.
@@ -389,9 +438,11 @@ std::map<std::string, uint64_t> volume_keys(const std::filesystem::path& file,
   if (!volumes) return keys;
   for (const auto& [name, node] : *volumes) {
     std::ostringstream text;
-    text << toml::node_view(node);
-    for (const std::string& form : forms_named_in(node, root))
-      text << form << root[FreeFormRecipe::kSection][form];
+    for (const toml::node& volume : with_originals(node, *volumes)) {
+      text << toml::node_view(volume);
+      for (const std::string& form : forms_named_in(volume, root))
+        text << form << root[FreeFormRecipe::kSection][form];
+    }
     if (text.str().find("beta_over_time") != std::string::npos) text << fmt::format("frame {}", frame);
     keys[std::string(name.str())] = hash_text(text.str());
   }

@@ -9,6 +9,7 @@
 #include "lib/core/error.h"
 #include "lib/core/named_errors.h"
 #include "lib/scene/formed_shape.h"
+#include "lib/scene/instanced_medium.h"
 
 namespace pileus {
 namespace {
@@ -57,10 +58,60 @@ class ShapeBuilder {
   ShapeSources m_sources;
 };
 
-/// Neither loaded nor built otherwise: the effect plan says so.
+/// Neither loaded nor built otherwise, unless instances are: the effect plan says so.
 bool is_visible(const Medium& medium) {
-  return medium.extinction > 0.0 || medium.emission != Rgb(0.0);
+  return !medium.hidden && (medium.extinction > 0.0 || medium.emission != Rgb(0.0));
 }
+
+/// The number of a volume; that of none where there is none of this name.
+size_t number_of(const std::string& name, const Scene& scene) {
+  const auto named = std::find_if(scene.volumes.begin(), scene.volumes.end(),
+                                  [&](const Named<Medium>& volume) { return volume.name == name; });
+  return size_t(named - scene.volumes.begin());
+}
+
+/// The volumes that are seen, and those that these are instances of.
+std::vector<bool> needed_volumes(const Scene& scene) {
+  std::vector<bool> needed(scene.volumes.size());
+  for (size_t i = 0; i < needed.size(); ++i) {
+    if (!is_visible(*scene.volumes[i].object)) continue;
+    for (size_t next = i; next < needed.size() && !needed[next];) {
+      needed[next] = true;
+      const auto* instance = dynamic_cast<const InstancedMedium*>(scene.volumes[next].object.get());
+      if (!instance) break;
+      next = number_of(instance->original(), scene);
+    }
+  }
+  return needed;
+}
+
+/// Makes densities of what has been loaded for volumes, each once.
+class DensityBuilder {
+ public:
+  DensityBuilder(const Scene& scene, LoadedVolumes loaded)
+      : m_scene(scene), m_loaded(std::move(loaded)), m_built(m_loaded.size()) {}
+
+  std::shared_ptr<const DensityField> build(size_t number) {
+    std::shared_ptr<const DensityField>& built = m_built[number];
+    if (!built) {
+      const Named<Medium>& volume = m_scene.volumes[number];
+      built = named_errors("volume", volume.name, [&] { return make(number, *volume.object); });
+    }
+    return built;
+  }
+
+ private:
+  std::shared_ptr<const DensityField> make(size_t number, const Medium& medium) {
+    if (m_loaded[number]) return std::exchange(m_loaded[number], nullptr)->build();
+    if (const auto* instance = dynamic_cast<const InstancedMedium*>(&medium))
+      return instance->place(build(number_of(instance->original(), m_scene)));
+    return medium.build(m_scene.freeforms);
+  }
+
+  const Scene& m_scene;
+  LoadedVolumes m_loaded;
+  std::vector<std::shared_ptr<const DensityField>> m_built;
+};
 
 /// The light that a fog names, as it shines everywhere.
 Illumination sun_of(const FogModel& fog, const Scene& scene) {
@@ -85,24 +136,24 @@ Vec3d view_axis(const Camera& camera) {
 }  // namespace
 
 LoadedVolumes load_volumes(const Scene& scene) {
+  const std::vector<bool> needed = needed_volumes(scene);
   LoadedVolumes loaded;
-  for (const Named<Medium>& volume : scene.volumes) {
-    const Medium& medium = *volume.object;
-    loaded.push_back(is_visible(medium) ? named_errors("volume", volume.name, [&] { return medium.load(); })
-                                        : nullptr);
+  for (size_t i = 0; i < scene.volumes.size(); ++i) {
+    const Medium& volume = *scene.volumes[i].object;
+    loaded.push_back(needed[i] ? named_errors("volume", scene.volumes[i].name, [&] { return volume.load(); })
+                               : nullptr);
   }
   return loaded;
 }
 
 World build_world(const Scene& scene, LoadedVolumes loaded) {
   World world;
+  DensityBuilder densities(scene, std::move(loaded));
   for (size_t i = 0; i < scene.volumes.size(); ++i) {
     const auto& [name, object] = scene.volumes[i];
     const Medium& medium = *object;
     if (!is_visible(medium)) continue;
-    const auto density = named_errors("volume", name, [&] {
-      return loaded[i] ? std::exchange(loaded[i], nullptr)->build() : medium.build(scene.freeforms);
-    });
+    const auto density = densities.build(i);
     world.media.push_back({name, density, medium.extinction, medium.albedo, medium.emission, medium.phase,
                            scatter_terms(medium.multiple_scattering, medium.powder),
                            ambient_light(medium.ambient, *density, name)});

@@ -24,6 +24,11 @@ const Affine& DensityField::index_from_world() const {
   return identity;
 }
 
+std::span<const Affine> DensityField::places() const {
+  if (!has_bricks()) return {};
+  return {&index_from_world(), 1};
+}
+
 double density_at(const DensityPiece& piece, double t) {
   if (piece.rate != 0.0) return piece.rho[0] * std::exp(piece.rate * (t - piece.t0));
   const double u = local_parameter(piece, t), v = 1.0 - u;

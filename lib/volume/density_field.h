@@ -54,7 +54,7 @@ class DensityField {
   virtual double feature_size() const = 0;
 
   /// Appends the non-zero pieces of rho along the ray within the segment, ordered, disjoint, exact up to
-  /// rounding.
+  /// rounding. Here and below, t counts in lengths of the ray's d, which may have any length but 0.
   virtual void append_pieces(const Ray& ray, Segment segment, std::vector<DensityPiece>& pieces,
                              FieldCounters& counters) const = 0;
 
@@ -78,8 +78,12 @@ class DensityField {
   /// errors: those of build_quantized_bricks
   virtual std::shared_ptr<const BrickPyramid> quantized_bricks() const { return nullptr; }
 
-  /// Where world points lie in the bricks. Only for fields that have bricks.
+  /// Where world points lie in the bricks; where these stand in several places, in the first of them. Only
+  /// for fields that have bricks.
   virtual const Affine& index_from_world() const;
+
+  /// The same for each of the places; the density is the sum over them. None where there are no bricks.
+  virtual std::span<const Affine> places() const;
 };
 
 }  // namespace pileus

@@ -18,8 +18,6 @@
 ///
 /// An instance may be of instances. scale, rotate_deg and translate move all placements together.
 #include <cmath>
-#include <filesystem>
-#include <list>
 #include <memory>
 #include <optional>
 #include <string>
@@ -30,9 +28,9 @@
 
 #include "lib/core/error.h"
 #include "lib/core/param_table.h"
-#include "lib/geom/placement_table.h"
 #include "lib/scene/formed_shape.h"
 #include "lib/scene/object_space.h"
+#include "lib/scene/placements.h"
 #include "lib/scene/shape_index.h"
 
 namespace pileus {
@@ -85,17 +83,11 @@ struct Instances final : Shape {
 
 struct Instance final : FormedShape {
   std::string m_of;
-  Placement m_placement;
-  std::list<Placement> m_placements;
-  std::filesystem::path m_file;
+  Placements m_places;
 
   void describe_form(ParamTable& params) override {
     params.reference("of", m_of, kKind, "the object that stands here, too").required();
-    m_placement.describe(params);
-    params.group_list(
-        "placements", [this](ParamTable& next) { m_placements.emplace_back().describe(next); },
-        "many places, each with scale, rotate_deg and translate");
-    params.file("file", m_file, "very many places: .csv with lines x,y,z,scale,turn");
+    m_places.describe(params);
   }
   std::string default_shader() const override { return ""; }
 
@@ -107,14 +99,8 @@ struct Instance final : FormedShape {
                   fmt::format("object \"{}\" has no end; expected one that has", m_of));
     }
     std::vector<Placed> placed;
-    for (const Placement& placement : all_placements()) {
-      const Affine world_from_object = m_placement.world_from_object() * placement.world_from_object();
-      if (!(std::fabs(world_from_object.determinant()) > 0.0)) {
-        throw Error(ErrorKind::scene, SourceLoc{},
-                    "a placement flattens the object; expected scales above 0");
-      }
+    for (const Affine& world_from_object : m_places.placed_from_original())
       placed.emplace_back(object, world_from_object);
-    }
     auto built = std::make_shared<Instances>(std::move(placed));
     built->shader = shader ? shader : object->shader;
     return built;
@@ -123,18 +109,6 @@ struct Instance final : FormedShape {
   /// Nothing stands anywhere before it is built.
   std::optional<SurfaceHit> intersect(const Ray&, Segment) const override { return std::nullopt; }
   Box3d bounds() const override { return {}; }
-
- private:
-  std::vector<Placement> all_placements() const {
-    std::vector<Placement> all(m_placements.begin(), m_placements.end());
-    if (!m_file.empty()) {
-      for (const TablePlace& place : read_placement_table(m_file)) {
-        all.push_back({Vec3d(place.scale), {0.0, place.turn_deg, 0.0}, place.position});
-      }
-    }
-    if (all.empty()) all.emplace_back();
-    return all;
-  }
 };
 
 }  // namespace
