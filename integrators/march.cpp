@@ -137,7 +137,7 @@ class MarchTracer final : public Tracer {
     kernel.is_leaping = options.leaping;
     kernel.wants_depth = kHasAovs && plan.aovs.count("Z") > 0;
     const std::vector<int> levels = kHasLevelOfDetail && options.level_of_detail && !wants_bound(plan) &&
-                                            !m_hazes.any() && has_size(accuracy.picture)
+                                            m_march.has_levels() && has_size(accuracy.picture)
                                         ? coarsest_levels(world, accuracy.picture)
                                         : std::vector<int>{};
     const bool has_levels = std::any_of(levels.begin(), levels.end(), [](int level) { return level > 0; });

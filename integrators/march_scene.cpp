@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "integrators/lighting.h"
+#include "integrators/march_places.h"
 #include "integrators/solid_shadows.h"
 #include "lib/core/build_features.h"
 #include "lib/volume/quantized_bricks.h"
@@ -62,6 +63,33 @@ StorageError storage_error_of(const WorldMedium& medium, double scale, double me
   return {medium.extinction * along(seen), along(across)};
 }
 
+/// Where the edges of a solid's shadow are not told, they are searched for, step by step from medium to
+/// medium: between places that lie far apart they would be overlooked.
+bool has_unknown_edges(const World& world) {
+  const Ray probe{Vec3d(0.0), normalize(Vec3d(1.0, 2.0, 3.0))};
+  std::vector<double> edges;
+  for (const auto& shape : world.shapes) {
+    for (const auto& light : world.lights) {
+      if (shape->casts_shadow() && !shape->append_shadow_edges(probe, *light, edges)) return true;
+    }
+  }
+  return false;
+}
+
+std::string obstacle_of_places(const World& world, const EffectPlan& plan) {
+  const auto stands_in_several = [](const WorldMedium& medium) {
+    return medium.density->places().size() > 1;
+  };
+  const auto found = std::find_if(world.media.begin(), world.media.end(), stands_in_several);
+  if (found == world.media.end()) return "";
+  const bool has_haze = std::any_of(world.media.begin(), world.media.end(),
+                                    [](const WorldMedium& medium) { return !medium.density->has_bricks(); });
+  if (has_haze) return "volume \"" + found->name + "\" stands in several places, and some volume is no grid";
+  if (plan.scattering && plan.surface_shadows && has_unknown_edges(world))
+    return "solids whose shadows have no simple edges, and volume \"" + found->name + "\" in several places";
+  return "";
+}
+
 }  // namespace
 
 std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
@@ -69,8 +97,8 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
   const bool wants_bound = plan.aovs.count("error_bound") > 0;
   for (const WorldMedium& medium : world.media) {
     if (medium.density->has_bricks()) {
-      if (medium.density->places().size() > 1)
-        return "volume \"" + medium.name + "\" stands in several places";
+      if (wants_bound && medium.density->places().size() > 1)
+        return "no bound is known for volume \"" + medium.name + "\", which stands in several places";
       if (!wants_bound && depth_of_voxel(medium) > kDeepestVoxel)
         return "light ends within a small part of a voxel of volume \"" + medium.name + "\"";
       continue;
@@ -79,6 +107,7 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
     if (!is_finite(medium.density->bounds())) return "volume \"" + medium.name + "\" has no end";
   }
   if (plan.scattering && plan.local_lights) return "a light at a finite distance";
+  if (const std::string why = obstacle_of_places(world, plan); !why.empty()) return why;
   if (plan.fog && wants_bound) return "no bound is known through fog";
   if (plan.scattering && wants_bound && SolidShadows(world).any())
     return "no bound is known where solids cast shadows into media";
@@ -100,6 +129,9 @@ MarchWorld::MarchWorld(const World& world, const EffectPlan& plan, const MarchSt
       add_medium(*medium, kernel.hazes.emplace_back());
     }
   }
+  std::vector<std::vector<Affine>> places;
+  for (size_t g = 0; g < kernel.grids.size(); ++g) places.push_back(local_places(g));
+  add_places(places, kernel);
   m_base_height = m_media.front()->density->bounds().min.y;
   kernel.shadow_width = shadow_width(m_media);
 }
@@ -179,10 +211,19 @@ void MarchWorld::place_grid(size_t index) {
   MarchGrid& grid = kernel.grids[index];
   grid.pyramid = m_levels[index].pyramid.get();
   const Vec3d origin(grid.pyramid->origin());
-  const double scale = std::ldexp(1.0, -m_levels[index].level);
-  grid.local_from_world = Affine::translation(-origin) * Affine::scaling(Vec3d(scale)) *
-                          m_media[index]->density->index_from_world();
+  grid.local_from_world = local_places(index).front();
   grid.bounds = Box3d(Vec3d(grid.pyramid->lo()) - origin, Vec3d(grid.pyramid->hi()) - origin);
+}
+
+/// The kernel's space of a grid from the world, for each place in which it stands.
+std::vector<Affine> MarchWorld::local_places(size_t index) const {
+  const GridLevel& level = m_levels[index];
+  const Affine local_from_index = Affine::translation(-Vec3d(level.pyramid->origin())) *
+                                  Affine::scaling(Vec3d(std::ldexp(1.0, -level.level)));
+  std::vector<Affine> places;
+  for (const Affine& index_from_world : m_media[index]->density->places())
+    places.push_back(local_from_index * index_from_world);
+  return places;
 }
 
 std::optional<MarchWorld::GridLevel> MarchWorld::coarser_level(size_t grid) const {

@@ -56,6 +56,9 @@ class MarchWorld {
     std::shared_ptr<const BrickPyramid> pyramid;
   };
 
+  /// False where grids are read as they are, whatever a pixel shows.
+  bool has_levels() const { return kernel.hazes.empty() && kernel.places.empty(); }
+
   /// The level above the present one; none where that is not worth its memory.
   std::optional<GridLevel> coarser_level(size_t grid) const;
 
@@ -95,6 +98,7 @@ class MarchWorld {
   double brightness_in_view(const WorldMedium& medium) const;
   std::shared_ptr<const BrickPyramid> stored_values(const WorldMedium& medium, const MarchStorage& storage);
   void place_grid(size_t grid);
+  std::vector<Affine> local_places(size_t grid) const;
   void add_suns();
   void add_glow(const WorldMedium& medium, MarchMedium& of) const;
 

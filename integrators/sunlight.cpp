@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 
 #include "integrators/kernels/sun_kernel.h"
+#include "integrators/march_places.h"
 #include "integrators/pilot_pixels.h"
 #include "integrators/sun_lattice.h"
 #include "lib/core/parallel.h"
@@ -41,10 +42,6 @@ using Pilots = std::vector<PilotRay>;
 /// More of them average out more of the error, as the many samples of a ray do.
 constexpr int kFewPoints = 4, kManyPoints = 12;
 
-Ray to_local(const MarchGrid& grid, const Ray& ray) {
-  return {grid.local_from_world.point(ray.o), grid.local_from_world.direction(ray.d)};
-}
-
 /// Extinctions at equal steps along a ray.
 struct RayProfile {
   double t0 = 0.0, dt = 0.0;
@@ -58,33 +55,36 @@ void add_haze(const WorldMedium& haze, const Ray& ray, RayProfile& profile) {
   for (size_t i = 0; i < rho.size(); ++i) profile.sigma[i] += float(haze.extinction * rho[i]);
 }
 
+void add_grid(const GridOnRay& on, RayProfile& profile) {
+  const double last = double(profile.sigma.size() - 1);
+  const auto step_at = [&](double t) { return std::clamp((t - profile.t0) / profile.dt, 0.0, last); };
+  const size_t first = size_t(step_at(on.inside.t0)), end = size_t(std::ceil(step_at(on.inside.t1))) + 1;
+  std::vector<float> rho(end - first);
+  sample_density(on.grid, on.local, profile.t0 + double(first) * profile.dt, profile.dt, rho);
+  for (size_t i = first; i < end; ++i) profile.sigma[i] += float(on.grid.extinction) * rho[i - first];
+}
+
 /// Through all media of a world that has grids, a cell at a time unless that were very many.
 RayProfile profile_of(const MarchWorld& march, const Ray& ray) {
-  constexpr double kMostSteps = 4096.0;
   const MarchScene& scene = march.kernel;
+  const double most_steps = scene.places.empty() ? 4096.0 : 32768.0;  // places may lie far apart
   RayProfile profile;
   Segment all{std::numeric_limits<double>::infinity(), 0.0};
   double dt = std::numeric_limits<double>::infinity();
-  for (const MarchGrid& grid : scene.grids) {
-    const Ray local = to_local(grid, ray);
-    const Segment inside = clip_to_box(local, {0.0, std::numeric_limits<double>::infinity()}, grid.bounds);
-    if (inside.empty()) continue;
-    all = {std::min(all.t0, inside.t0), std::max(all.t1, inside.t1)};
-    dt = std::min(dt, 1.0 / length(local.d));
+  const std::vector<GridOnRay> grids = grids_on_ray(scene, ray);
+  for (const GridOnRay& on : grids) {
+    all = {std::min(all.t0, on.inside.t0), std::max(all.t1, on.inside.t1)};
+    dt = std::min(dt, 1.0 / length(on.local.d));
   }
   if (all.empty()) return profile;
   for (const WorldMedium* haze : march.hazes()) {
     const Segment inside = clip_to_box(ray, {0.0, all.t1}, haze->density->bounds());
     if (!inside.empty()) all.t0 = std::min(all.t0, inside.t0);
   }
-  profile.dt = std::max(dt, (all.t1 - all.t0) / kMostSteps);
+  profile.dt = std::max(dt, (all.t1 - all.t0) / most_steps);
   profile.t0 = all.t0 + 0.5 * profile.dt;
   profile.sigma.assign(size_t((all.t1 - all.t0) / profile.dt) + 1, 0.0f);
-  std::vector<float> rho(profile.sigma.size());
-  for (const MarchGrid& grid : scene.grids) {
-    sample_density(grid, to_local(grid, ray), profile.t0, profile.dt, rho);
-    for (size_t i = 0; i < rho.size(); ++i) profile.sigma[i] += float(grid.extinction) * rho[i];
-  }
+  for (const GridOnRay& on : grids) add_grid(on, profile);
   for (const WorldMedium* haze : march.hazes()) add_haze(*haze, ray, profile);
   return profile;
 }
@@ -92,10 +92,11 @@ RayProfile profile_of(const MarchWorld& march, const Ray& ray) {
 /// Optical depth from a point towards a sun, by steps of about `step` cells.
 double stepped_depth(const MarchWorld& march, size_t light, const Vec3d& p, double step) {
   double tau = 0.0;
-  for (const MarchGrid& grid : march.kernel.grids) {
-    if (!(grid.extinction > 0.0)) continue;
-    const Ray local = to_local(grid, {p, march.suns()[light].wi});
-    tau += grid.extinction * stepped_column(grid, local, step / length(local.d));
+  for (const GridOnRay& on : grids_on_ray(march.kernel, {p, march.suns()[light].wi})) {
+    if (!(on.grid.extinction > 0.0)) continue;
+    // From where it begins, as kernels count in single precision.
+    const Ray local{on.local.at(on.inside.t0), on.local.d};
+    tau += on.grid.extinction * stepped_column(on.grid, local, step / length(local.d));
   }
   return tau;
 }
@@ -207,13 +208,6 @@ double measured_error(const Pilots& pilots, const MarchWorld& march, DepthAt&& d
   return std::max(of_mean * mean, of_worst * *std::max_element(errors.begin(), errors.end()));
 }
 
-double lattice_depth(const MarchWorld& march, size_t light, const Vec3d& p) {
-  const size_t grids = march.kernel.grids.size();
-  double depth = 0.0;
-  for (size_t g = 0; g < grids; ++g) depth += sun_depth(march.kernel.lattices[light * grids + g], p);
-  return depth;
-}
-
 /// Depth beyond which no sun changes a pilot's pixel by more than `least`.
 float enough_depth(const Pilots& pilots, const MarchWorld& march, double least) {
   if (pilots.empty()) return SunLattice::kDeepest;
@@ -239,10 +233,21 @@ struct LatticeTrial {
   double bytes = 0.0;
 };
 
-double bytes_of(const MarchWorld& march, const LatticeOptions& options) {
+/// A grid as it stands in the places of a kind.
+MarchGrid grid_of(const MarchScene& scene, const MarchKind& kind) {
+  MarchGrid grid = scene.grids[kind.grid];
+  grid.local_from_world = kind.local_from_world;
+  return grid;
+}
+
+/// Up to some more than `most`.
+double bytes_of(const MarchWorld& march, const LatticeOptions& options, double most) {
   double bytes = 0.0;
   for (const Illumination& sun : march.suns()) {
-    for (const MarchGrid& grid : march.kernel.grids) bytes += sun_lattice_bytes(grid, sun.wi, options);
+    for (const MarchKind& kind : march.kernel.kinds) {
+      bytes += sun_lattice_bytes(grid_of(march.kernel, kind), sun.wi, options);
+      if (bytes > most) return bytes;
+    }
   }
   return bytes;
 }
@@ -254,10 +259,10 @@ bool build_lattices(MarchWorld& march, LatticeTrial& trial) {
   const double most_bytes = trial.options.most_bytes;
   trial.bytes = 0.0;
   for (const Illumination& sun : march.suns()) {
-    for (const MarchGrid& grid : march.kernel.grids) {
+    for (const MarchKind& kind : march.kernel.kinds) {
       LatticeOptions options = trial.options;
       options.most_bytes = most_bytes - trial.bytes;
-      lattices.push_back(build_sun_lattice(grid, sun.wi, options));
+      lattices.push_back(build_sun_lattice(grid_of(march.kernel, kind), sun.wi, options));
       if (lattices.back().bricks.x == 0) return false;
       trial.bytes += double(lattices.back().memory_bytes());
     }
@@ -323,17 +328,18 @@ bool try_lattices(const std::function<Pilots(int points)>& trace, double toleran
   bool has_many = false, has_fine = false, has_exact = false;
   LatticeTrial trial;
   trial.options.most_bytes = most_bytes;
-  trial.options.is_everywhere = march.kernel.media() > 1;
+  trial.options.is_everywhere = march.kernel.media() > 1 || !march.kernel.places.empty();
   trial.options.enough = enough_depth(pilots, march, kEnoughShare * tolerance);
   const auto measure = [&] {
     return measured_error(pilots, march,
-                          [&](size_t l, const Vec3d& p) { return lattice_depth(march, l, p); });
+                          [&](size_t l, const Vec3d& p) { return lattice_depth(march.kernel, l, p); });
   };
   ErrorLaw law;
   choice.spacing = kFirst;
   for (int round = 0; round < kRounds && choice.spacing >= kFinest; ++round) {
     trial.options.spacing = spaced(choice.spacing);
-    if (bytes_of(march, trial.options) > 2.0 * most_bytes || !build_lattices(march, trial)) return false;
+    const double most = 2.0 * most_bytes;
+    if (bytes_of(march, trial.options, most) > most || !build_lattices(march, trial)) return false;
     double error = measure();
     // Whether the lattice fails, and the next one is to have less than this spacing.
     const auto asks_for = [&](double spacing) {

@@ -17,6 +17,7 @@
 #include "hwy/highway.h"
 
 #include "integrators/kernels/packet-inl.h"
+#include "integrators/kernels/walks-inl.h"
 #include "lib/simd/exponential-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -62,6 +63,24 @@ class Hazes {
       for (size_t l = 0; l < m_tables.size(); ++l) m_tables[l][i] = ray.haze_depths[l];
     }
     for (Stretches& stretch : m_stretches) stretch.find_steepest();
+  }
+
+  /// Adds what is between t0 and t1. The light in a haze varies as the shadows of the grids do that lie in
+  /// it. It begins and ends all at once, so that samples on both sides of a step tell little of its error.
+  ///   light_scale: of a haze, Marcher::light_scale
+  template <class LightScale>
+  void look_ahead(const MarchScene& scene, double t0, double t1, const LightScale& light_scale,
+                  Slab& slab) const {
+    constexpr double kSharp = 4.0;
+    for (size_t h = 0; h < m_stretches.size(); ++h) {
+      const double densest_here = double(densest(h, t0, t1));
+      if (densest_here == 0.0) continue;
+      const double sigma = scene.hazes[h].extinction * densest_here;
+      slab.is_empty = slab.is_uniform = false;
+      slab.sigma += sigma;
+      slab.slope += light_scale(scene.hazes[h]) * densest_here *
+                    (steepest(h) + 1.0 / scene.shadow_width + kSharp * sigma);
+    }
   }
 
   /// Upper bound of a haze's density between t0 and t1: that of an exponential is at an end.

@@ -9,6 +9,8 @@
 
 #include <cmath>
 #include <cstdint>
+#include <span>
+#include <vector>
 
 #include "hwy/highway.h"
 
@@ -91,6 +93,10 @@ class LatticeReader {
   int m_stride_u, m_stride_v;  ///< of the table
   float m_last[3];
 };
+
+inline std::vector<LatticeReader> lattice_readers(std::span<const SunLattice> lattices) {
+  return {lattices.begin(), lattices.end()};
+}
 
 }  // namespace pileus::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

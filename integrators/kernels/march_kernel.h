@@ -4,9 +4,11 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "integrators/kernels/sun_nodes.h"
+#include "lib/geom/box_index.h"
 #include "lib/math/affine.h"
 #include "lib/math/ray.h"
 #include "lib/math/vec.h"
@@ -45,6 +47,31 @@ struct MarchGrid : MarchMedium {
   Box3d bounds;  ///< of what is not 0, local
 };
 
+/// A place where a grid stands, of many.
+struct MarchPlace {
+  size_t grid = 0;
+  Affine local_from_world;
+  size_t kind = 0;           ///< MarchScene::kinds
+  Affine kind_from_world;    ///< to where the kind's own place is in the world
+  double depth_scale = 1.0;  ///< optical depths here, in units of those there
+};
+
+/// Places of a grid that are turned and stretched alike, but for a factor, share their optical depths.
+struct MarchKind {
+  size_t grid = 0;
+  Affine local_from_world;  ///< of one of these places
+};
+
+/// Which places may stand between a sun and each of them, itself among them.
+struct PlaceShading {
+  std::vector<uint32_t> places;
+  std::vector<std::pair<size_t, size_t>> of_place;  ///< where those of a place begin, and how many they are
+
+  std::span<const uint32_t> of(size_t place) const {
+    return std::span(places).subspan(of_place[place].first, of_place[place].second);
+  }
+};
+
 /// An analytic medium, a haze, along a ray: its density grows as exp(rate * t) inside, and is 0 elsewhere.
 struct HazeStretch {
   Segment inside;
@@ -61,7 +88,11 @@ struct HazeDepth {
 struct MarchScene {
   std::vector<MarchGrid> grids;
   std::vector<MarchMedium> hazes;
-  std::vector<SunLattice> lattices;  ///< [light][grid]
+  std::vector<SunLattice> lattices;   ///< [light][kind]
+  std::vector<MarchKind> kinds;       ///< one per grid where each stands but once
+  std::vector<MarchPlace> places;     ///< of all grids, where some stand in several; else none
+  BoxIndex place_index;               ///< of their boxes in the world
+  std::vector<PlaceShading> shading;  ///< [light]
   int lights = 0;
   bool several_terms = false;       ///< some grid has more than the plain term
   bool height_light = false;        ///< some light varies with height: the sums of heights are wanted

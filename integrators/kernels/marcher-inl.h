@@ -19,6 +19,7 @@
 #include "integrators/kernels/history-inl.h"
 #include "integrators/kernels/lattice_reader-inl.h"
 #include "integrators/kernels/packet-inl.h"
+#include "integrators/kernels/places-inl.h"
 #include "integrators/kernels/readers-inl.h"
 #include "integrators/kernels/shades-inl.h"
 #include "integrators/kernels/shadow_rays-inl.h"
@@ -38,13 +39,18 @@ template <int kGrids, int kLights, bool kPlain>
 class Marcher {
  public:
   explicit Marcher(const MarchScene& scene)
-      : m_scene(scene), m_shades(lights()), m_hazes(scene.hazes.size(), lights()) {
-    for (const MarchGrid& grid : scene.grids) m_grids.emplace_back(*grid.pyramid);
+      : m_scene(scene),
+        m_shades(lights()),
+        m_hazes(scene.hazes.size(), lights()),
+        m_grids(grid_readers(scene)),
+        m_lattices(lattice_readers(scene.lattices)),
+        m_places(scene, m_grids, m_lattices) {
     for (size_t i = 0; i < scene.media(); ++i) m_extinctions.push_back(float(scene.medium(i).extinction));
-    for (const SunLattice& lattice : scene.lattices) m_lattices.emplace_back(lattice);
-    m_paths.resize(m_grids.size());
-    m_sun_paths.resize(m_lattices.size());
-    m_locals.resize(m_grids.size() * kPacketRays);
+    if (!m_places.any()) {
+      m_paths.resize(m_grids.size());
+      m_sun_paths.resize(m_lattices.size());
+      m_locals.resize(m_grids.size() * kPacketRays);
+    }
     m_weights.resize(scene.media() * size_t(lights()) * (kPlain ? 1 : kMostTerms));
     m_sums.resize(scene.media() * sums_per_medium(scene));
     m_rhos.resize(scene.media());
@@ -78,8 +84,10 @@ class Marcher {
     m_beams.clear();
     Segment inside{std::numeric_limits<double>::infinity(), 0.0}, wanted = inside;
     m_finest = std::numeric_limits<double>::infinity();
-    for (size_t g = 0; g < m_scene.grids.size(); ++g) {
-      m_beams.emplace_back(m_scene.grids[g], m_rays, std::span(m_locals).subspan(g * kPacketRays));
+    if (m_places.any()) inside = m_places.enter(m_rays, m_finest);
+    for (size_t g = 0; g < m_paths.size(); ++g) {
+      const MarchGrid& grid = m_scene.grids[g];
+      m_beams.emplace_back(grid, grid.local_from_world, m_rays, std::span(m_locals).subspan(g * kPacketRays));
       const Segment in_grid = m_beams.back().inside();
       inside = {std::min(inside.t0, in_grid.t0), std::max(inside.t1, in_grid.t1)};
       m_finest = std::min(m_finest, m_beams.back().voxel());
@@ -145,6 +153,7 @@ class Marcher {
       m_shades.begin(m_rays, m_base);
       m_fog.begin(m_rays, m_base);
       m_hazes.begin(m_rays, m_base);
+      m_places.begin(m_base);
     }
   }
 
@@ -195,7 +204,7 @@ class Marcher {
     }
   }
 
-  Slab look_ahead(double t0, double t1) const {
+  Slab look_ahead(double t0, double t1) {
     Slab slab;
     for (size_t g = 0; g < m_beams.size(); ++g) {
       const MarchGrid& grid = m_scene.grids[g];
@@ -208,23 +217,12 @@ class Marcher {
       slab.variation += light_scale(grid) * double(range.hi - range.lo);
       slab.voxel = std::min(slab.voxel, m_beams[g].voxel());
     }
-    if constexpr (kGrids != 1) look_at_hazes(t0, t1, slab);
-    return slab;
-  }
-
-  /// The light in a haze varies as the shadows of the grids do that lie in it. It begins and ends all at
-  /// once, so that samples on both sides of a step tell little of its error.
-  void look_at_hazes(double t0, double t1, Slab& slab) const {
-    constexpr double kSharp = 4.0;
-    for (size_t h = 0; h < m_scene.hazes.size(); ++h) {
-      const double densest = double(m_hazes.densest(h, t0, t1));
-      if (densest == 0.0) continue;
-      const double sigma = m_scene.hazes[h].extinction * densest;
-      slab.is_empty = slab.is_uniform = false;
-      slab.sigma += sigma;
-      slab.slope += light_scale(m_scene.hazes[h]) * densest *
-                    (m_hazes.steepest(h) + 1.0 / m_scene.shadow_width + kSharp * sigma);
+    if constexpr (kGrids != 1) {
+      const auto scale = [&](const MarchMedium& medium) { return light_scale(medium); };
+      m_places.look_ahead(t0, t1, scale, slab);
+      m_hazes.look_ahead(m_scene, t0, t1, scale, slab);
     }
+    return slab;
   }
 
   /// How much a density adds to a ray, relative to the brightest it can get [1/m]: by its extinction, or by
@@ -245,6 +243,7 @@ class Marcher {
     const double dt = (t1 - t0) / steps;
     m_is_inside = true;
     m_is_cut = t0 < m_latest_start || t1 > m_earliest_end;
+    if constexpr (kGrids != 1) m_places.find_shadows(t0, t1);
     for (int done = 0; done < steps; done += kMostSteps) {
       const int count = std::min(steps - done, kMostSteps);
       const float first = float(t0 + done * dt - m_base);
@@ -362,6 +361,9 @@ class Marcher {
   }
 
   HWY_INLINE V density(int grid, size_t v, V t) const {
+    if constexpr (kGrids != 1) {
+      if (m_places.any()) return m_places.density(size_t(grid), v, t);
+    }
     const PacketPath& path = m_paths[size_t(grid)];
     return m_grids[size_t(grid)].template read<kClamp>(path.at(0, v, t), path.at(1, v, t), path.at(2, v, t));
   }
@@ -395,6 +397,7 @@ class Marcher {
     const size_t first = size_t(light) * size_t(grids());
     if constexpr (kGrids == 1) return lattice_depth(first, v, t);
     V sum = m_hazes.any() ? m_hazes.depth(light, v, t) : hn::Zero(D());
+    if (m_places.any()) return hn::Add(sum, m_places.depth(light, v, t, m_lookups));
     if (m_scene.shadow_step > 0.0) return hn::Add(sum, traced_depth(light, v, t));
     for (int g = 0; g < grids(); ++g) sum = hn::Add(sum, lattice_depth(first + size_t(g), v, t));
     return sum;
@@ -468,11 +471,12 @@ class Marcher {
   Hazes m_hazes;
   std::vector<GridReader> m_grids;
   std::vector<LatticeReader> m_lattices;
+  Places m_places;                   ///< where some grid stands in several
   std::vector<float> m_extinctions;  ///< of each medium [1/m]
 
   // The present packet. t of the floats counts from m_base.
   std::span<const MarchRay> m_rays;
-  std::vector<Ray> m_locals;      ///< [grid][ray]
+  std::vector<Ray> m_locals;      ///< [grid][ray]; this and what follows where each grid stands but once
   std::vector<GridBeam> m_beams;  ///< one per grid
   std::vector<PacketPath> m_paths, m_sun_paths;
   std::vector<PacketFloats> m_weights;     ///< [medium][light][term]

@@ -9,6 +9,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <vector>
 
 #include "hwy/highway.h"
 
@@ -147,6 +148,12 @@ class GridReader {
   int m_stride_x, m_stride_y;  ///< of the table
   float m_last[3];             ///< largest position that still has a cell
 };
+
+inline std::vector<GridReader> grid_readers(const MarchScene& scene) {
+  std::vector<GridReader> readers;
+  for (const MarchGrid& grid : scene.grids) readers.emplace_back(*grid.pyramid);
+  return readers;
+}
 
 }  // namespace pileus::HWY_NAMESPACE
 HWY_AFTER_NAMESPACE();

@@ -60,14 +60,15 @@ inline Segment clip_to_bounds(const Box3d& box, const Ray& ray, Segment segment)
 class GridBeam {
  public:
   /// Also fills `locals`, ray by ray; it must outlive the beam.
-  GridBeam(const MarchGrid& grid, std::span<const MarchRay> rays, std::span<Ray> locals)
+  GridBeam(const MarchGrid& grid, const Affine& local_from_world, std::span<const MarchRay> rays,
+           std::span<Ray> locals)
       : m_pyramid(grid.pyramid), m_bounds(grid.bounds), m_rays(locals.first(rays.size())) {
     double longest2 = 0.0;
     for (size_t i = 0; i < rays.size(); ++i) {
       const Ray& ray = rays[i].ray;
       const bool has_new_origin = i == 0 || ray.o != rays[i - 1].ray.o;
-      locals[i].o = has_new_origin ? grid.local_from_world.point(ray.o) : locals[i - 1].o;
-      locals[i].d = grid.local_from_world.direction(ray.d);
+      locals[i].o = has_new_origin ? local_from_world.point(ray.o) : locals[i - 1].o;
+      locals[i].d = local_from_world.direction(ray.d);
       if (has_new_origin) m_beam.o.extendBy(locals[i].o);
       m_beam.d.extendBy(locals[i].d);
       longest2 = std::max(longest2, dot(locals[i].d, locals[i].d));

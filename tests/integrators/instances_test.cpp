@@ -90,6 +90,74 @@ TEST(VolumeInstances, look_like_volumes_placed_one_by_one) {
   EXPECT_GT(seen, 60u);
 }
 
+/// A layer of instances, turned in four ways, of many sizes; many shade others.
+std::string layer(const std::string& light) {
+  std::string text = MarchScenes::camera("[0, 4, 26]", "[0, -1, 0]", 34) +
+                     MarchScenes::sun("sun", "[0.7, 0.5, 0.3]") +
+                     MarchScenes::sun("moon", "[-0.5, 0.9, -0.4]", "[1, 2, 4]") +
+                     "[background]\ntype = \"constant\"\nradiance = [0.3, 0.5, 0.9]\n" +
+                     scenes().grid("blob", light + "hidden = true\n", "original") +
+                     "[volume.all]\ntype = \"instance\"\nof = \"original\"\nplacements = [";
+  for (int n = 0; n < 120; ++n) {
+    const double scale = 0.3 + 0.05 * (n * 7 % 11);
+    text += fmt::format("{{ scale = [{}, {}, {}], rotate_deg = [0, {}, 0], translate = [{}, {}, {}] }}, ",
+                        scale, scale, scale, 90 * (n % 4), 1.9 * (n % 12) - 10.5, 0.4 * (n * 5 % 7) - 1.0,
+                        2.3 * (n / 12) - 14.0);
+  }
+  return text + "]\n";
+}
+
+void expect_march_within_tolerance(const std::string& integrator, const std::string& text) {
+  const auto expected = PictureScene("\"exact\"", text, 2e-5).picture(64);
+  for (const double tolerance : {0.03, 0.01, 0.003}) {
+    const PictureScene march(integrator, text, tolerance);
+    for (const std::string& choice : march.tracer().choices())
+      EXPECT_EQ(choice.find("\"exact\""), std::string::npos) << choice;
+    const auto got = march.picture(64);
+    const double worst = worst_difference(got, expected);
+    EXPECT_LE(worst, tolerance) << integrator;
+    testing::Test::RecordProperty(fmt::format("worst_at_{}", tolerance),
+                                  fmt::format("{:.3g}", worst / tolerance));
+    const auto one_by_one = march.picture(16);
+    EXPECT_EQ(worst_difference(one_by_one, got), 0.0) << "packets do not depend on what else is traced";
+  }
+}
+
+TEST(VolumeInstances, are_marched_within_the_tolerance) {
+  expect_march_within_tolerance("\"march\"", instanced());
+}
+
+TEST(VolumeInstances, shade_each_other_in_the_march) {
+  expect_march_within_tolerance("\"march\"", layer(kLight));
+}
+
+TEST(VolumeInstances, are_marched_beside_a_grid_and_a_solid_that_shades_them) {
+  expect_march_within_tolerance(
+      "\"march\"",
+      instanced() +
+          scenes().grid("random", "extinction = 1\nemission = [0.1, 0.2, 0]\ntranslate = [0, -1, -1]\n",
+                        "other") +
+          MarchScenes::ball("ball", "[0.6, 1.6, 1]", 0.4));
+}
+
+TEST(VolumeInstances, are_marched_with_shadow_rays) {
+  expect_march_within_tolerance("{ type = \"march\", sun_cache = false }", instanced());
+}
+
+TEST(VolumeInstances, glow_in_the_march) {
+  expect_march_within_tolerance("\"march\"", layer("extinction = 0\nemission = [0.2, 0.3, 0.1]\n"));
+}
+
+TEST(VolumeInstances, go_to_exact_where_the_march_cannot_do_them) {
+  const auto choice_of = [](const std::string& text) {
+    return PictureScene("\"march\"", text, 0.01).tracer().choices().at(0);
+  };
+  EXPECT_NE(choice_of(instanced() + MarchScenes::haze("extinction = 0.1\n")).find("some volume is no grid"),
+            std::string::npos);
+  EXPECT_NE(choice_of("aovs = \"error_bound\"\n" + instanced()).find("stands in several places"),
+            std::string::npos);
+}
+
 TEST(VolumeInstances, take_the_light_of_their_original_through_instances) {
   const std::string text = view() + scenes().grid("blob", kLight + "hidden = true\n", "z_original") +
                            "[volume.row]\ntype = \"instance\"\nof = \"z_original\"\nhidden = true\n"
