@@ -8,6 +8,7 @@
 
 #include "lib/core/error.h"
 #include "vdb_io/file_cursor.h"
+#include "vdb_io/vdb_transform.h"
 
 namespace pileus {
 namespace {
@@ -220,20 +221,6 @@ VdbGridEntry read_entry(FileCursor& file) {
   grid.grid_class = grid_class_of(grid.metadata);
   grid.map_type = get_printable(file, "a grid's transform");
   return grid;
-}
-
-/// Bytes of the parameters of a transform in the file, which no length precedes. 0: not a transform pileus
-/// reads.
-uint64_t map_bytes(const std::string& map_type) {
-  static const std::map<std::string, uint64_t> kBytes{{"AffineMap", 128},
-                                                      {"UnitaryMap", 128},
-                                                      {"TranslationMap", 24},
-                                                      {"ScaleMap", 120},
-                                                      {"UniformScaleMap", 120},
-                                                      {"ScaleTranslateMap", 144},
-                                                      {"UniformScaleTranslateMap", 144}};
-  const auto found = kBytes.find(map_type);
-  return found == kBytes.end() ? 0 : found->second;
 }
 
 }  // namespace

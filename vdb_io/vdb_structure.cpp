@@ -7,54 +7,19 @@
 #include <map>
 #include <string_view>
 #include <tuple>
+#include <utility>
 #include <vector>
 
 #include <fmt/format.h>
 
 #include "vdb_io/file_cursor.h"
+#include "vdb_io/tree_layout.h"
+#include "vdb_io/value_coding.h"
 
 namespace pileus {
 namespace {
 
 constexpr uint64_t kNodeOverhead = 128;  // bytes: a node's own members, and what malloc adds
-constexpr uint32_t kZip = 1, kActiveMask = 2, kBlosc = 4;
-
-/// How a node's inactive values are stored in front of its block (the numbers are the file format's).
-enum InactiveValues : uint8_t {
-  background_only = 0,
-  minus_background = 1,
-  one_value = 2,
-  mask_of_signs = 3,
-  mask_and_one_value = 4,
-  mask_and_two_values = 5,
-  all_stored = 6
-};
-
-/// Bits of a node's mask, as 64-bit words.
-template <int kLog2Dim>
-struct Mask {
-  static constexpr int kWords = 1 << (3 * kLog2Dim - 6);
-  std::array<uint64_t, kWords> words;
-
-  uint32_t count() const {
-    uint32_t total = 0;
-    for (const uint64_t word : words) total += uint32_t(std::popcount(word));
-    return total;
-  }
-  /// Calls visit(x, y, z) for every bit that is set; z runs fastest.
-  template <class Visit>
-  void for_each(const Visit& visit) const {
-    constexpr int kDim = 1 << kLog2Dim;
-    for (int w = 0; w < kWords; ++w) {
-      for (uint64_t rest = words[size_t(w)]; rest != 0; rest &= rest - 1) {
-        const int n = 64 * w + std::countr_zero(rest);
-        visit(n >> (2 * kLog2Dim), (n >> kLog2Dim) & (kDim - 1), n & (kDim - 1));
-      }
-    }
-  }
-};
-
-using LeafMask = Mask<3>;
 
 /// First and last bit that is set; `bits` is not 0.
 struct BitRange {
@@ -77,11 +42,6 @@ Imath::Box3i box_of(const LeafMask& mask) {
   return {{x.first, y.first / 8, z.first}, {x.last, y.last / 8, z.last}};
 }
 
-struct Leaf {
-  Vec3i origin;
-  uint32_t active;
-};
-
 struct ValueSize {
   uint32_t bytes;       ///< of a value in memory
   uint32_t half_bytes;  ///< of a value saved as half; 0 for whole numbers, which are never halved
@@ -96,20 +56,29 @@ class StructureWalk {
         m_is_half(grid.saved_as_half && size.half_bytes > 0),
         m_stored_bytes(m_is_half ? size.half_bytes : size.bytes) {}
 
-  GridStructure run() {
+  TreeLayout run() {
+    check_half_flags();
     m_file.enter(m_grid.topology_begin, m_grid.blocks_begin);
     read_root();
     if (m_file.remaining() != 0) damaged("bytes are left over after the tree");
     m_file.enter(m_grid.blocks_begin, m_grid.end);
-    for (const Leaf& leaf : m_leaves) read_leaf_block(leaf);
+    for (LeafLayout& leaf : m_layout.leaves) read_leaf_block(leaf);
     if (m_file.remaining() != 0) damaged("bytes are left over after the voxels");
-    return m_structure;
+    return std::move(m_layout);
   }
 
  private:
   [[noreturn]] void damaged(std::string_view what) const {
     m_file.fail(fmt::format("is damaged: grid \"{}\": {} (near byte {}); fetch the file again", m_grid.name,
                             what, m_file.position()));
+  }
+
+  /// The file says twice whether values are halved: in the name of the type, and in the metadata, which
+  /// OpenVDB goes by.
+  void check_half_flags() const {
+    const auto flag = m_grid.metadata.find("is_saved_as_half_float");
+    const bool is_half = flag != m_grid.metadata.end() && flag->second == "true";
+    if (is_half != m_grid.saved_as_half) damaged("its type and its metadata disagree about half floats");
   }
 
   Vec3i get_root_origin(int tile_size) {
@@ -127,24 +96,31 @@ class StructureWalk {
   void read_root() {
     constexpr int kUpperSize = 4096;
     if (m_file.get<uint32_t>("the number of buffers") != 1) damaged("a tree has other than one buffer");
+    m_layout.background = m_file.position();
     m_file.skip(m_value_bytes, "the background");
     const auto tiles = m_file.get<uint32_t>("the number of root tiles");
     const auto children = m_file.get<uint32_t>("the number of root nodes");
     for (uint32_t i = 0; i < tiles; ++i) {
       const Vec3i origin = get_root_origin(kUpperSize);
+      const uint64_t value = m_file.position();
       m_file.skip(m_value_bytes, "a root tile");
       const auto active = m_file.get<uint8_t>("a root tile");
       if (active > 1) damaged("a root tile is neither active nor inactive");
       if (active == 1) add_active_tile(origin, kUpperSize);
+      m_layout.root_tiles.push_back({origin, active == 1, value});
     }
-    Vec3i previous(0);
+    const auto key = [](const Vec3i& p) { return std::tuple(p.x, p.y, p.z); };
+    std::vector<std::tuple<int, int, int>> taken;
+    for (const RootTileLayout& tile : m_layout.root_tiles) taken.push_back(key(tile.origin));
     for (uint32_t i = 0; i < children; ++i) {
       const Vec3i origin = get_root_origin(kUpperSize);
-      const auto key = [](const Vec3i& p) { return std::tuple(p.x, p.y, p.z); };
-      if (i > 0 && key(origin) <= key(previous)) damaged("root nodes are out of order");
-      previous = origin;
+      if (i > 0 && key(origin) <= taken.back()) damaged("root nodes are out of order");
+      taken.push_back(key(origin));
       read_internal<5, 128>(origin);
     }
+    std::sort(taken.begin(), taken.end());
+    if (std::adjacent_find(taken.begin(), taken.end()) != taken.end())
+      damaged("a root tile lies where another one or a node does");
   }
 
   template <int kLog2Dim, int kChildSize>
@@ -154,14 +130,19 @@ class StructureWalk {
                                   << (3 * kLog2Dim);  // each a value or a pointer, beside two masks
     m_structure.memory_bytes +=
         kEntries * std::max<uint64_t>(m_value_bytes, sizeof(void*)) + kEntries / 4 + kNodeOverhead;
-    Mask<kLog2Dim> children, active;
+    NodeMask<kLog2Dim> children, active;
     m_file.read(&children, sizeof children, "a node's child mask");
     m_file.read(&active, sizeof active, "a node's value mask");
     for (int w = 0; w < children.kWords; ++w) {
       if ((children.words[size_t(w)] & active.words[size_t(w)]) != 0)
         damaged("a voxel is both tile and node");
     }
-    skip_values(sizeof active, uint32_t(8 * sizeof active), active.count());
+    const ValueBlock values = skip_values(sizeof active, uint32_t(8 * sizeof active), active.count());
+    m_layout.nodes.push_back({origin,
+                              kChildSize,
+                              {children.words.begin(), children.words.end()},
+                              {active.words.begin(), active.words.end()},
+                              values});
     const auto corner = [&](int x, int y, int z) { return origin + Vec3i(x, y, z) * kChildSize; };
     active.for_each([&](int x, int y, int z) { add_active_tile(corner(x, y, z), kChildSize); });
     children.for_each([&](int x, int y, int z) {
@@ -176,25 +157,29 @@ class StructureWalk {
   void read_leaf_mask(const Vec3i& origin) {
     LeafMask active;
     m_file.read(&active, sizeof active, "a leaf's mask");
-    m_leaves.push_back({origin, active.count()});
+    m_layout.leaves.push_back({origin, active, {}});
     ++m_structure.leaves;
     m_structure.memory_bytes += leaf_bytes();
-    m_structure.active_voxels += m_leaves.back().active;
-    if (m_leaves.back().active == 0) return;
+    const uint32_t count = active.count();
+    m_structure.active_voxels += count;
+    if (count == 0) return;
     const Imath::Box3i box = box_of(active);
     m_structure.active_bounds.extendBy(origin + box.min);
     m_structure.active_bounds.extendBy(origin + box.max);
   }
 
-  void read_leaf_block(const Leaf& leaf) {
+  /// The mask here is that of the tree again, which OpenVDB skips, too.
+  void read_leaf_block(LeafLayout& leaf) {
     m_file.skip(sizeof(LeafMask), "a leaf's mask");
     if (m_grid.value_type == "bool") {  // bits instead of values, with an origin of their own
       Vec3i origin;
       m_file.read(&origin, sizeof origin, "a leaf's origin");
       if (origin != leaf.origin) damaged("a leaf does not lie where its tree says");
+      leaf.values.begin = m_file.position();
       m_file.skip(sizeof(LeafMask), "a leaf's voxels");
+      leaf.values.end = m_file.position();
     } else {
-      skip_values(sizeof(LeafMask), 512, leaf.active);
+      leaf.values = skip_values(sizeof(LeafMask), 512, leaf.active.count());
     }
   }
 
@@ -205,23 +190,20 @@ class StructureWalk {
   }
 
   /// A node's values: how inactive ones look, then the block itself.
-  void skip_values(uint64_t mask_bytes, uint32_t count, uint32_t active) {
-    const auto inactive = m_file.get<uint8_t>("a node's flags");
-    if (inactive > all_stored) damaged("unknown flags of a node");
-    const bool has_one =
-        inactive == one_value || inactive == mask_and_one_value || inactive == mask_and_two_values;
-    if (has_one) m_file.skip(m_value_bytes, "an inactive value");
-    if (inactive == mask_and_two_values) m_file.skip(m_value_bytes, "an inactive value");
-    if (inactive >= mask_of_signs && inactive < all_stored)
-      m_file.skip(mask_bytes, "a mask of inactive values");
-    const bool only_active = (m_grid.compression & kActiveMask) != 0 && inactive != all_stored;
-    skip_block(only_active ? active : count);
+  ValueBlock skip_values(uint64_t mask_bytes, uint32_t count, uint32_t active) {
+    const uint64_t begin = m_file.position();
+    const auto inactive = InactiveValues(m_file.get<uint8_t>("a node's flags"));
+    if (inactive > InactiveValues::all_stored) damaged("unknown flags of a node");
+    m_file.skip(uint64_t(stored_inactive_values(inactive)) * m_value_bytes, "an inactive value");
+    if (has_inactive_mask(inactive)) m_file.skip(mask_bytes, "a mask of inactive values");
+    skip_block(has_only_active_values(inactive, m_grid.compression) ? active : count);
+    return {begin, m_file.position()};
   }
 
   void skip_block(uint32_t count) {
     const uint64_t unpacked = uint64_t(count) * m_stored_bytes;
     if (m_is_half && count == 0) return;  // as OpenVDB writes it
-    if ((m_grid.compression & (kZip | kBlosc)) == 0) {
+    if ((m_grid.compression & (kZipped | kBlosc)) == 0) {
       m_file.skip(unpacked, "voxels");
       return;
     }
@@ -259,14 +241,13 @@ class StructureWalk {
   uint32_t m_value_bytes;   ///< in memory, and wherever a value stands alone
   bool m_is_half;           ///< blocks hold 16-bit floats
   uint32_t m_stored_bytes;  ///< of one value in a block
-  std::vector<Leaf> m_leaves;
-  GridStructure m_structure;
+  TreeLayout m_layout;
+  GridStructure& m_structure = m_layout.structure;
 };
 
 }  // namespace
 
-std::optional<GridStructure> check_grid_structure(const std::filesystem::path& path,
-                                                  const VdbGridEntry& grid) {
+std::optional<TreeLayout> read_tree_layout(const std::filesystem::path& path, const VdbGridEntry& grid) {
   static const std::map<std::string, ValueSize> kSizes{
       {"float", {4, 2}}, {"double", {8, 2}}, {"int32", {4, 0}},  {"int64", {8, 0}},
       {"bool", {1, 0}},  {"vec3s", {12, 6}}, {"vec3d", {24, 6}}, {"vec3i", {12, 0}}};
@@ -275,6 +256,12 @@ std::optional<GridStructure> check_grid_structure(const std::filesystem::path& p
   if (size == kSizes.end() || !is_walkable) return std::nullopt;
   FileCursor file(path);
   return StructureWalk(file, grid, size->second).run();
+}
+
+std::optional<GridStructure> check_grid_structure(const std::filesystem::path& path,
+                                                  const VdbGridEntry& grid) {
+  const std::optional<TreeLayout> layout = read_tree_layout(path, grid);
+  return layout ? std::optional(layout->structure) : std::nullopt;
 }
 
 }  // namespace pileus

@@ -30,28 +30,41 @@ void CellBounds::extend(const Vec3i& origin, int size) {
   m_is_empty = false;
 }
 
+namespace {
+
+LeafScan scan_all(std::span<const VoxelLeaf> leaves) {
+  LeafScan scan;
+  scan.reached.resize(leaves.size());
+  constexpr size_t kLeavesPerTask = 256;
+  std::vector<float> largest((leaves.size() + kLeavesPerTask - 1) / kLeavesPerTask);
+  parallel_for(largest.size(), [&](size_t task) {
+    const size_t first = task * kLeavesPerTask, count = std::min(kLeavesPerTask, leaves.size() - first);
+    largest[task] = scan_leaves(leaves.subspan(first, count), scan.reached.data() + first);
+  });
+  for (const float value : largest) scan.max_value = std::max(scan.max_value, value);
+  return scan;
+}
+
+}  // namespace
+
 VoxelSource::VoxelSource(std::vector<VoxelLeaf> leaves, std::vector<VoxelTile> tiles,
                          std::shared_ptr<const void> owner)
-    : m_leaves(std::move(leaves)), m_tiles(std::move(tiles)), m_owner(std::move(owner)) {
-  scan_leaves();
+    : VoxelSource(std::move(leaves), std::move(tiles), std::move(owner), {}) {}
+
+VoxelSource::VoxelSource(std::vector<VoxelLeaf> leaves, std::vector<VoxelTile> tiles,
+                         std::shared_ptr<const void> owner, LeafScan scan)
+    : m_leaves(std::move(leaves)),
+      m_tiles(std::move(tiles)),
+      m_owner(std::move(owner)),
+      m_scan(std::move(scan)) {
+  if (m_scan.reached.size() != m_leaves.size()) m_scan = scan_all(m_leaves);
+  for (size_t i = 0; i < m_leaves.size(); ++i) {
+    if (m_scan.reached[i] != 0) m_bounds.extend(m_leaves[i].origin, 8);
+  }
   for (const VoxelTile& tile : m_tiles) {
     if (!(tile.value > 0.0f)) continue;
     m_bounds.extend(tile.origin, tile.size);
-    m_max = std::max(m_max, tile.value);
-  }
-}
-
-void VoxelSource::scan_leaves() {
-  m_reached.resize(m_leaves.size());
-  constexpr size_t kLeavesPerTask = 256;
-  std::vector<float> largest((m_leaves.size() + kLeavesPerTask - 1) / kLeavesPerTask);
-  parallel_for(largest.size(), [&](size_t task) {
-    const size_t first = task * kLeavesPerTask, count = std::min(kLeavesPerTask, m_leaves.size() - first);
-    largest[task] = pileus::scan_leaves(std::span(m_leaves).subspan(first, count), m_reached.data() + first);
-  });
-  for (const float value : largest) m_max = std::max(m_max, value);
-  for (size_t i = 0; i < m_leaves.size(); ++i) {
-    if (m_reached[i] != 0) m_bounds.extend(m_leaves[i].origin, 8);
+    m_scan.max_value = std::max(m_scan.max_value, tile.value);
   }
 }
 

@@ -37,6 +37,12 @@ class CellBounds {
   Vec3i m_lo{0, 0, 0}, m_hi{0, 0, 0};
 };
 
+/// What one look at the values of leaves tells.
+struct LeafScan {
+  std::vector<uint8_t> reached;  ///< of each leaf: VoxelSource::reached
+  float max_value = 0.0f;
+};
+
 /// The voxels of a grid where they were made or read, and what one look at all of them tells. Bricks of any
 /// kind are built from here, when somebody asks for them.
 class VoxelSource {
@@ -47,24 +53,25 @@ class VoxelSource {
   VoxelSource(std::vector<VoxelLeaf> leaves, std::vector<VoxelTile> tiles,
               std::shared_ptr<const void> owner = nullptr);
 
+  /// The same where somebody has looked at the leaves already: the scan has an entry for each.
+  VoxelSource(std::vector<VoxelLeaf> leaves, std::vector<VoxelTile> tiles, std::shared_ptr<const void> owner,
+              LeafScan scan);
+
   std::span<const VoxelLeaf> leaves() const { return m_leaves; }
   std::span<const VoxelTile> tiles() const { return m_tiles; }
 
   /// Which bricks a leaf's voxels reach that are not 0; bit dx + 2 dy + 4 dz: they are corners of cells in
   /// the brick at -(dx, dy, dz).
-  uint8_t reached(size_t leaf) const { return m_reached[leaf]; }
+  uint8_t reached(size_t leaf) const { return m_scan.reached[leaf]; }
 
-  float max_value() const { return m_max; }
+  float max_value() const { return m_scan.max_value; }
   const CellBounds& bounds() const { return m_bounds; }  ///< of what is not 0
 
  private:
-  void scan_leaves();
-
   std::vector<VoxelLeaf> m_leaves;
   std::vector<VoxelTile> m_tiles;
   std::shared_ptr<const void> m_owner;
-  std::vector<uint8_t> m_reached;
-  float m_max = 0.0f;
+  LeafScan m_scan;
   CellBounds m_bounds;
 };
 

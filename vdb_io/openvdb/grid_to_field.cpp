@@ -1,10 +1,9 @@
 #include "vdb_io/openvdb/grid_to_field.h"
 
-#include <cmath>
 #include <vector>
 
 #include "lib/core/error.h"
-#include "lib/volume/grid_field.h"
+#include "vdb_io/density_voxels.h"
 #include "vdb_io/openvdb/grid_values.h"
 #include "vdb_io/openvdb/openvdb_library.h"
 
@@ -46,15 +45,8 @@ std::shared_ptr<const DensityField> field_from_grid(openvdb::FloatGrid::ConstPtr
                                                     const Affine& world_from_object) {
   initialize_openvdb();
   PILEUS_CHECK(grid->background() == 0.0f);
-  const Affine world_from_grid = world_from_object * world_from_index({}, *grid);
-  const double volume = world_from_grid.determinant();
-  if (!(std::abs(volume) > 1e-200 && std::abs(volume) < 1e200)) {
-    throw Error(
-        ErrorKind::scene, SourceLoc{},
-        fmt::format("its placement makes voxels of {} m3; expected a scale that a computer can invert",
-                    volume));
-  }
-  return make_grid_field(VoxelSource(leaves_of(grid->tree()), tiles_of(grid->tree()), grid), world_from_grid);
+  return place_field(VoxelSource(leaves_of(grid->tree()), tiles_of(grid->tree()), grid),
+                     world_from_index({}, *grid), world_from_object);
 }
 
 }  // namespace pileus

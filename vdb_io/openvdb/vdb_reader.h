@@ -6,6 +6,7 @@
 
 #include <openvdb/openvdb.h>
 
+#include "vdb_io/grid_choice.h"
 #include "vdb_io/openvdb/grid_values.h"
 #include "vdb_io/read_options.h"
 #include "vdb_io/vdb_directory.h"
@@ -18,13 +19,6 @@ struct DensityGrid {
   ValueCounts values;  ///< as found in the file (before bad values became 0, after a level set became fog)
   std::vector<std::string> notes;  ///< what was chosen or converted on the way, a sentence each
 };
-
-/// The grid that `wanted` names. Where it is "", the one that a file without instructions means: "density",
-/// else the only fog volume whose name means that (grid_aliases.h), else its only scalar fog volume (a scalar
-/// grid of unknown class counts as one). An alias does for a wanted name, too, where nothing has it.
-/// errors: Error(file) that lists what there is
-const VdbGridEntry& choose_grid(const std::filesystem::path& path, const VdbDirectory& directory,
-                                const std::string& wanted);
 
 /// Reads one density grid; other grids of the file are not touched. Every scalar type becomes float
 /// (true is 1). Inactive voxels keep their values: interpolation reads them as it reads active ones.
@@ -43,8 +37,7 @@ openvdb::MetaMap read_vdb_metadata(const std::filesystem::path& path);
 /// The same grid where it is one of floats, a copy where it is one of other numbers; null for others.
 openvdb::FloatGrid::Ptr as_float(const openvdb::GridBase::Ptr& grid);
 
-/// Replaces the distances of a level set by densities: 0 outside and at the surface, 1 from three voxels
-/// inwards, as wide as narrow bands usually are, whatever the background: some store "far" as 10000.
+/// Replaces the distances of a level set by densities, as FogOfLevelSet has them.
 /// returns: what was done, in a sentence
 /// errors: Error(file) where distances are not finite, or the background is negative
 std::string turn_level_set_into_fog(const std::filesystem::path& path, openvdb::FloatGrid& grid);

@@ -14,12 +14,36 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "lib/scene/medium.h"
+#include "vdb_io/density_voxels.h"
 #include "vdb_io/load_openvdb.h"
+#include "vdb_io/volume_format.h"
+#include "vdb_io/volumes/reading_notes.h"
 
 namespace pileus {
 namespace {
+
+class LoadedVoxels final : public LoadedDensity, public ReadingNotes {
+ public:
+  LoadedVoxels(DensityVoxels density, const Affine& world_from_object)
+      : m_voxels(std::move(density.voxels)),
+        m_notes(std::move(density.notes)),
+        m_world_from_object(world_from_object) {}
+
+  std::vector<std::string> notes() const override { return m_notes; }
+
+  std::shared_ptr<const DensityField> build() const override {
+    return field_from_voxels(m_voxels, m_world_from_object);
+  }
+
+ private:
+  GridVoxels m_voxels;
+  std::vector<std::string> m_notes;
+  Affine m_world_from_object;
+};
 
 struct VdbVolume final : Medium {
   std::filesystem::path file;
@@ -42,6 +66,8 @@ struct VdbVolume final : Medium {
   std::unique_ptr<LoadedDensity> load() const override {
     const VdbReadOptions options{grid, level_set == "fog" ? LevelSetPolicy::to_fog : LevelSetPolicy::refuse,
                                  nan == "zero" ? BadValuePolicy::to_zero : BadValuePolicy::refuse};
+    if (volume_format(file) == VolumeFormat::vdb)
+      return std::make_unique<LoadedVoxels>(read_density_voxels(file, options), world_from_object());
     return load_openvdb().load_density(file, options, world_from_object());
   }
 

@@ -1,6 +1,7 @@
 #include "lib/volume/kernels/leaf_kernels.h"
 
 #include <algorithm>
+#include <limits>
 
 #undef HWY_TARGET_INCLUDE
 #define HWY_TARGET_INCLUDE "lib/volume/kernels/leaf_kernels.cpp"
@@ -44,13 +45,12 @@ struct RowMaxima {
   }
 };
 
-float scan_leaves_impl(std::span<const VoxelLeaf> leaves, uint8_t* reached) {
-  const D d;
-  V most = hn::Zero(d);
-  for (size_t i = 0; i < leaves.size(); ++i) {
-    const float* const values = leaves[i].values;
-    RowMaxima all, x_face, y_face, edge;
-    all.clear(), x_face.clear(), y_face.clear(), edge.clear();
+/// The largest values of a leaf's rows: of all, and of those that faces towards lower neighbours hold.
+struct LeafMaxima {
+  RowMaxima all, x_face, y_face, edge;
+
+  HWY_INLINE void clear() { all.clear(), x_face.clear(), y_face.clear(), edge.clear(); }
+  HWY_INLINE void add(const float* values) {
     for (int y = 0; y < 8; ++y) x_face.add(values + y * 8);
     all.add(x_face);
     edge.add(values);
@@ -61,10 +61,60 @@ float scan_leaves_impl(std::span<const VoxelLeaf> leaves, uint8_t* reached) {
       for (int y = 1; y < 8; ++y) all.add(slice + y * 8);
     }
     all.add(y_face);
-    most = hn::Max(most, all.all());
-    reached[i] = uint8_t(all.reached() | x_face.reached() << 1 | y_face.reached() << 2 | edge.reached() << 3);
+  }
+  HWY_INLINE uint8_t reached() const {
+    return uint8_t(all.reached() | x_face.reached() << 1 | y_face.reached() << 2 | edge.reached() << 3);
+  }
+};
+
+float scan_leaves_impl(std::span<const VoxelLeaf> leaves, uint8_t* reached) {
+  const D d;
+  V most = hn::Zero(d);
+  for (size_t i = 0; i < leaves.size(); ++i) {
+    LeafMaxima maxima;
+    maxima.clear();
+    maxima.add(leaves[i].values);
+    most = hn::Max(most, maxima.all.all());
+    reached[i] = maxima.reached();
   }
   return hn::GetLane(hn::MaxOfLanes(d, most));
+}
+
+LeafLook look_at_leaf_impl(const float* values, const uint64_t* active) {
+  const D d;
+  const DI di;
+  constexpr float kInfinity = std::numeric_limits<float>::infinity();
+  constexpr int32_t kLargestFinite = 0x7f7fffff;
+  HWY_ALIGN static constexpr int32_t kPlaces[8] = {1, 2, 4, 8, 16, 32, 64, 128};
+  LeafMaxima maxima;
+  maxima.clear();
+  maxima.add(values);
+  // Values that are not negative order like their bits.
+  hn::Vec<DI> any_bits = hn::Zero(di), highest_bits = hn::Zero(di), nonzero = hn::Zero(di);
+  V lowest = hn::Set(d, kInfinity), highest = hn::Set(d, -kInfinity);
+  for (int row = 0; row < 64; ++row) {
+    const auto mask_of_row = hn::Set(di, int32_t(active[row >> 3] >> (8 * (row & 7)) & 0xff));
+    for (int z = 0; z < 8; z += kLanes) {
+      const V value = hn::LoadU(d, values + row * 8 + z);
+      const auto bits = hn::BitCast(di, value);
+      any_bits = hn::Or(any_bits, bits);
+      highest_bits = hn::Max(highest_bits, bits);
+      const auto is_active = hn::TestBit(mask_of_row, hn::Load(di, kPlaces + z));
+      lowest = hn::Min(lowest, hn::IfThenElse(hn::RebindMask(d, is_active), value, hn::Set(d, kInfinity)));
+      highest = hn::Max(highest, hn::IfThenElse(hn::RebindMask(d, is_active), value, hn::Set(d, -kInfinity)));
+      const auto is_nonzero = hn::Gt(bits, hn::Zero(di));
+      nonzero = hn::Sub(nonzero, hn::VecFromMask(di, hn::AndNot(is_active, is_nonzero)));
+    }
+  }
+  LeafLook look;
+  look.is_plain = hn::GetLane(hn::MinOfLanes(di, any_bits)) >= 0 &&
+                  hn::GetLane(hn::MaxOfLanes(di, highest_bits)) <= kLargestFinite;
+  look.reached = maxima.reached();
+  look.largest = hn::GetLane(hn::MaxOfLanes(d, maxima.all.all()));
+  look.lowest_active = hn::GetLane(hn::MinOfLanes(d, lowest));
+  look.highest_active = hn::GetLane(hn::MaxOfLanes(d, highest));
+  look.inactive_nonzero = uint32_t(hn::GetLane(hn::SumOfLanes(di, nonzero)));
+  return look;
 }
 
 /// Some rows of one source: values[x * stride_x + y * stride_y + z].
@@ -177,10 +227,15 @@ HWY_AFTER_NAMESPACE();
 namespace pileus {
 
 HWY_EXPORT(scan_leaves_impl);
+HWY_EXPORT(look_at_leaf_impl);
 HWY_EXPORT(quantize_brick_impl);
 
 float scan_leaves(std::span<const VoxelLeaf> leaves, uint8_t* reached) {
   return HWY_DYNAMIC_DISPATCH(scan_leaves_impl)(leaves, reached);
+}
+
+LeafLook look_at_leaf(const float* values, const uint64_t* active) {
+  return HWY_DYNAMIC_DISPATCH(look_at_leaf_impl)(values, active);
 }
 
 QuantizedBrick quantize_brick(const BrickSource& source, double scale, int16_t* values) {
