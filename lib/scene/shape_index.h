@@ -49,10 +49,6 @@ class ShapeIndex {
   void find_occluded(std::span<const Ray> rays, std::span<const Segment> segments,
                      std::span<const RaySight> seen, std::span<char> occluded) const;
 
-  /// Up to how many bounded shapes are asked one by one. A guess: where the tree begins to pay is not
-  /// measured.
-  static constexpr size_t kFew = 8;
-
  private:
   /// The nearest of the hits so far.
   struct Nearest {
