@@ -138,7 +138,7 @@ class BlockSampler {
 
 }  // namespace
 
-CloudRegion::CloudRegion(const ProceduralCloud& cloud, LocalForm form, const Box3d& box_world)
+CloudRegion::CloudRegion(const ProceduralCloud& cloud, CloudBody::Local form, const Box3d& box_world)
     : m_cloud(&cloud), m_form(std::move(form)) {
   const CloudFormula& formula = cloud.m_formula;
   const Interval f = m_form.range();

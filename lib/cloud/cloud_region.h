@@ -39,7 +39,7 @@ class CloudRegion {
   int64_t densities(const PointLattice& points, std::span<float> rho) const;
 
  private:
-  CloudRegion(const ProceduralCloud& cloud, LocalForm form, const Box3d& box_world);
+  CloudRegion(const ProceduralCloud& cloud, CloudBody::Local form, const Box3d& box_world);
 
   /// Bounds of the noise, no tighter than they matter.
   Interval frayed_range(const Interval& coverage, const Box3d& box_world) const;
@@ -50,7 +50,7 @@ class CloudRegion {
   void apply_factors(const PointLattice& points, std::span<float> rho) const;
 
   const ProceduralCloud* m_cloud;
-  LocalForm m_form;
+  CloudBody::Local m_form;
   Interval m_range;
 };
 

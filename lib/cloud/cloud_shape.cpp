@@ -21,7 +21,7 @@ Interval quotient(const Interval& a, const Interval& b) {
 
 }  // namespace
 
-CloudShape::CloudShape(const CloudRecipe& recipe, const FreeForm& form)
+CloudShape::CloudShape(const CloudRecipe& recipe, const CloudBody& form)
     : m_form(form),
       m_width(recipe.width_profile),
       m_shear(recipe.shear),

@@ -1,23 +1,23 @@
 #pragma once
 
+#include "lib/cloud/cloud_body.h"
 #include "lib/cloud/cloud_recipe.h"
 #include "lib/cloud/profile.h"
-#include "lib/freeform/free_form.h"
 #include "lib/math/vec.h"
 
 namespace pileus {
 
-/// The free form of a cloud, widened and blown aside level by level. With h the relative height in the form's
-/// bounds, c their axis and p a point of the cloud, the form is asked at
+/// The free form of a cloud, or the mesh in its place, widened and blown aside level by level. With h the
+/// relative height in the form's bounds, c their axis and p a point of the cloud, the form is asked at
 ///   q = c + (p - c - h shear) / width_profile(h)   across, and at p's own height
 /// so that each of its sections is scaled and moved, and none changes its height.
 /// threads: const, safe from many threads
 class CloudShape {
  public:
   /// The recipe has passed its checks; the form's bounds are finite.
-  CloudShape(const CloudRecipe& recipe, const FreeForm& form);
+  CloudShape(const CloudRecipe& recipe, const CloudBody& form);
 
-  const FreeForm& form() const { return m_form; }
+  const CloudBody& form() const { return m_form; }
 
   /// 0 at the bottom of the form, 1 at its top.
   double relative_height(double y_world) const { return (y_world - m_bottom) / m_height; }
@@ -37,7 +37,7 @@ class CloudShape {
   const Box3d& bounds() const { return m_bounds; }
 
  private:
-  FreeForm m_form;
+  CloudBody m_form;
   Profile m_width;
   Vec3d m_shear, m_axis;
   double m_bottom, m_height;

@@ -6,11 +6,11 @@ namespace pileus {
 
 namespace {
 
-double frequency_of(const CloudNoiseRecipe& recipe, const FreeForm& form) {
+double frequency_of(const CloudNoiseRecipe& recipe, const CloudBody& form) {
   return recipe.frequency > 0 ? recipe.frequency : recipe.cells / form.bounds().size().y;
 }
 
-std::optional<CloudNoise> detail_noise(const CloudRecipe& recipe, const FreeForm& form) {
+std::optional<CloudNoise> detail_noise(const CloudRecipe& recipe, const CloudBody& form) {
   if (recipe.detail_erosion == 0) return std::nullopt;
   return CloudNoise(recipe.detail, frequency_of(recipe.detail, form));
 }
@@ -21,7 +21,7 @@ std::shared_ptr<const PictureMap> picture_map(const PictureMapRecipe& recipe, co
 
 }  // namespace
 
-ProceduralCloud::ProceduralCloud(const CloudRecipe& recipe, const FreeForm& form)
+ProceduralCloud::ProceduralCloud(const CloudRecipe& recipe, const CloudBody& form)
     : m_recipe(recipe),
       m_shape(recipe, form),
       m_formula(recipe),

@@ -3,13 +3,13 @@
 #include <memory>
 #include <optional>
 
+#include "lib/cloud/cloud_body.h"
 #include "lib/cloud/cloud_formula.h"
 #include "lib/cloud/cloud_noise.h"
 #include "lib/cloud/cloud_recipe.h"
 #include "lib/cloud/cloud_shape.h"
 #include "lib/cloud/picture_map.h"
 #include "lib/cloud/profile.h"
-#include "lib/freeform/free_form.h"
 #include "lib/math/interval.h"
 #include "lib/math/vec.h"
 
@@ -24,9 +24,9 @@ namespace pileus {
 /// threads: const, safe from many threads
 class ProceduralCloud {
  public:
-  /// The recipe has passed its checks; the free form has finite bounds.
+  /// The recipe has passed its checks; the free form, or mesh, has finite bounds.
   /// errors: as PictureMap, where the recipe names pictures
-  ProceduralCloud(const CloudRecipe& recipe, const FreeForm& form);
+  ProceduralCloud(const CloudRecipe& recipe, const CloudBody& form);
 
   /// rho at a point of world space [1], 0 <= rho <= 1; 0 where a coordinate is not finite.
   double density(const Vec3d& p_world) const;

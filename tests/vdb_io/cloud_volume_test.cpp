@@ -1,3 +1,6 @@
+#include <cmath>
+#include <filesystem>
+#include <fstream>
 #include <memory>
 #include <string>
 #include <vector>
@@ -6,7 +9,9 @@
 
 #include "lib/cloud/cloud_presets.h"
 #include "lib/core/error.h"
-#include "lib/scene/scene.h"
+#include "lib/scene/world.h"
+#include "tests/fixtures/meshes.h"
+#include "tests/fixtures/temp_folder.h"
 #include "vdb_io/openvdb/build_cloud.h"
 #include "vdb_io/volumes/cloud.h"
 
@@ -120,6 +125,64 @@ TEST(CloudVolume, a_free_form_that_is_not_there_is_an_error_that_names_the_neare
   } catch (const Error& error) {
     EXPECT_STREQ(error.what(), "error: no free form \"blub\"; expected blob; nearest: blob");
   }
+}
+
+/// A ball of triangles as a file.
+void write_ball(const std::filesystem::path& file, bool is_open) {
+  MeshData ball = ball_mesh(5, 2.0f, Vec3f(0.0f), 0.0);
+  if (is_open) ball.triangles.pop_back();
+  std::ofstream stream(file);
+  for (const Vec3f& p : ball.vertices) stream << "v " << p.x << ' ' << p.y << ' ' << p.z << '\n';
+  for (const auto& t : ball.triangles)
+    stream << "f " << t[0] + 1 << ' ' << t[1] + 1 << ' ' << t[2] + 1 << '\n';
+}
+
+TEST(CloudVolume, fills_a_closed_mesh_as_it_fills_a_free_form) {
+  const TempFolder folder;
+  write_ball(folder / "ball.obj", false);
+  const std::string recipe = "voxel_size = 0.1\nnoise = { octaves = 4, frequency = 0.7 }\n";
+  const auto field_of = [&](const std::string& text) {
+    const Scene scene =
+        parse_scene("pileus = 1\n[camera]\ntype = \"perspective\"\n" + text, "s.toml", folder.path());
+    return build_world(scene).media.at(0).density;
+  };
+  const auto form = field_of(
+      "[freeform.ball]\nbase = { sphere = { center = [1, 0, 0], radius = 2 } }\n"
+      "[volume.v]\ntype = \"cloud\"\nbounds = \"ball\"\n" +
+      recipe);
+  const auto mesh = field_of(
+      "[volume.v]\ntype = \"cloud\"\nmesh = { file = \"ball.obj\", translate = [1, 0, 0] }\n" + recipe);
+  FieldCounters counters;
+  double difference = 0.0, all = 0.0;
+  for (int n = 0; n < 100; ++n) {
+    const Ray ray{{1.0 + 0.33 * (n % 10 - 4.5), -5.0, 0.33 * (n / 10 - 4.5)}, {0, 1, 0}};
+    const double expected = form->column(ray, {0, 10}, 1e9, counters);
+    difference += std::abs(mesh->column(ray, {0, 10}, 1e9, counters) - expected);
+    all += expected;
+  }
+  EXPECT_GT(all, 20.0);
+  EXPECT_LT(difference, 0.02 * all);
+}
+
+TEST(CloudVolume, refuses_a_mesh_that_is_open_and_more_than_one_body) {
+  const TempFolder folder;
+  write_ball(folder / "open.obj", true);
+  try {
+    const Scene scene = parse_scene(
+        "pileus = 1\n[camera]\ntype = \"perspective\"\n[volume.v]\ntype = \"cloud\"\nvoxel_size = 0.1\n"
+        "mesh = { file = \"open.obj\" }\n",
+        "s.toml", folder.path());
+    scene.volumes.at(0).object->build(scene.freeforms);
+    FAIL() << "an open mesh has an inside";
+  } catch (const Error& error) {
+    EXPECT_EQ(error.kind(), ErrorKind::file);
+    EXPECT_EQ(error.diagnostics()[0].loc.file, (folder / "open.obj").string());
+    EXPECT_NE(error.diagnostics()[0].message.find("the surface is not closed: the edge from ("),
+              std::string::npos);
+  }
+  EXPECT_NE(refusal("bounds = \"blob\"\nvoxel_size = 0.1\nmesh = { file = \"open.obj\" }\n")
+                .find("more than one of bounds, size and mesh is given"),
+            std::string::npos);
 }
 
 }  // namespace

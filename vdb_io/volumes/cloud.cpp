@@ -8,6 +8,7 @@
 ///   preset           cumulus, stratus, cumulonimbus, cirrus, ground_fog, contrail or explosion: sets the
 ///                    defaults of the rest; those below are of cumulus
 ///   bounds           name of the free form that holds the cloud; or
+///   mesh             { file, scale, rotate_deg, translate }: a closed surface of triangles that does; or
 ///   center, size     where the preset's own form lies                    [m]
 ///   voxel_size       edge of a voxel                                     [m]     > 0; 0: by the limits
 ///   max_voxels       allowed in the bounding box                                 default 2^29
@@ -42,6 +43,8 @@
 #include "lib/cloud/cloud_presets.h"
 #include "lib/core/error.h"
 #include "lib/freeform/free_form.h"
+#include "lib/geom/mesh_distance.h"
+#include "lib/geom/mesh_file.h"
 #include "vdb_io/load_openvdb.h"
 
 namespace pileus {
@@ -60,11 +63,28 @@ const FreeForm& find_free_form(const FreeForms& freeforms, const std::string& na
                           nearest.empty() ? "" : "; nearest: " + nearest));
 }
 
+std::shared_ptr<const MeshDistance> read_closed_mesh(const std::filesystem::path& file,
+                                                     const Affine& world_from_mesh) {
+  const MeshData mesh = read_mesh(file);
+  try {
+    return std::make_shared<const MeshDistance>(mesh, world_from_mesh);
+  } catch (const Error& error) {
+    throw Error(ErrorKind::file, file.string(), error.diagnostics().front().message);
+  }
+}
+
 }  // namespace
 
 void CloudVolume::describe_density(ParamTable& params) {
   params.reference("bounds", bounds, "freeform",
                    "the free form that holds the cloud; without it the preset has one");
+  params.group(
+      "mesh",
+      [this](ParamTable& group) {
+        group.file("file", mesh, "a closed surface of triangles: .obj, .ply, .gltf or .glb").required();
+        mesh_placement.describe(group);
+      },
+      "a mesh that holds the cloud, instead of a free form");
   params.vector("center", center, "m", "middle of the preset's free form");
   params.vector("size", size, "m", "width, height and depth of the preset's free form").at_least(0);
   params.number("voxel_size", voxel_size, "m", "edge of a voxel; 0: as small as the limits allow")
@@ -82,12 +102,14 @@ void CloudVolume::describe_density(ParamTable& params) {
 void CloudVolume::commit(std::vector<std::string>& problems) {
   recipe.check(problems);
   const bool has_size = size.x > 0 && size.y > 0 && size.z > 0;
-  if (bounds.empty() && !has_size) {
+  const int bodies = (bounds.empty() ? 0 : 1) + (mesh.empty() ? 0 : 1) + (has_size ? 1 : 0);
+  if (bodies == 0) {
     problems.push_back(
-        "neither bounds nor size is given; expected the name of a free form, or the size of the preset's "
-        "own");
+        "neither bounds nor size is given; expected the name of a free form, the size of the preset's own, "
+        "or a "
+        "mesh");
   }
-  if (!bounds.empty() && has_size) problems.push_back("both bounds and size are given; expected one of them");
+  if (bodies > 1) problems.push_back("more than one of bounds, size and mesh is given; expected one of them");
   if (voxel_size == 0 && max_voxels == 0 && max_bytes == 0) {
     problems.push_back(
         "voxel_size is missing; expected a length, or a limit to choose it by: max_voxels or max_bytes");
@@ -99,6 +121,7 @@ std::shared_ptr<const DensityField> CloudVolume::build(const FreeForms& freeform
 }
 
 ProceduralCloud CloudVolume::cloud(const FreeForms& freeforms) const {
+  if (!mesh.empty()) return {recipe, CloudBody(read_closed_mesh(mesh, mesh_placement.world_from_object()))};
   return {recipe, bounds.empty() ? cloud_preset_form(recipe.preset, center, size)
                                  : find_free_form(freeforms, bounds)};
 }

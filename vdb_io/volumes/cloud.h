@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <string>
 #include <vector>
@@ -14,7 +15,9 @@ namespace pileus {
 
 /// The volume `cloud`, in a header of its own for those who want its grid: `pileus cloud`.
 struct CloudVolume final : Medium {
-  std::string bounds;                                ///< name of the free form; "": that of the preset
+  std::string bounds;          ///< name of the free form; "": that of the preset
+  std::filesystem::path mesh;  ///< a closed one, instead
+  Placement mesh_placement;
   Vec3d center{0.0, 0.0, 0.0}, size{0.0, 0.0, 0.0};  ///< of the preset's free form [m]
   double voxel_size = 0.0;
   double max_voxels = 0.0;  ///< 0: kMaxVoxels
