@@ -87,7 +87,7 @@ void every_voxel(benchmark::State& state) {
   const CloudRecipe& recipe = cube_of_cumulus().recipe();
   const Fbm billows({recipe.noise.octaves, cube_of_cumulus().noise_frequency(), recipe.noise.lacunarity,
                      recipe.noise.gain, recipe.noise.seed});
-  const FreeForm& form = cube_of_cumulus().shape().form();
+  const CloudBody& form = cube_of_cumulus().shape().form();
   const CloudFormula formula(recipe);
   double sum = 0;
   int64_t voxels = 0;
