@@ -34,6 +34,7 @@
 ///   integrator = "march"
 ///   tolerance = 0.002
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <memory>
@@ -42,10 +43,12 @@
 
 #include <fmt/format.h>
 
+#include "integrators/clear_view.h"
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/level_of_detail.h"
 #include "integrators/lighting.h"
 #include "integrators/march_fog.h"
+#include "integrators/march_options.h"
 #include "integrators/march_packet.h"
 #include "integrators/march_scene.h"
 #include "integrators/ray_enclosure.h"
@@ -56,7 +59,6 @@
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
 #include "lib/core/param_table.h"
-#include "lib/math/beam.h"
 #include "lib/math/transmittance.h"
 #include "lib/scene/integrator.h"
 
@@ -89,25 +91,6 @@ double largest(const Rgb& rgb) {
   return std::max({rgb.x, rgb.y, rgb.z});
 }
 
-struct MarchOptions {
-  bool leaping = true;
-  bool sun_cache = true;
-  bool level_of_detail = false;
-  std::string storage = "auto";
-};
-
-MarchStorage storage_for(const MarchOptions& options, double tolerance) {
-  using Kind = MarchStorage::Kind;
-  MarchStorage storage{Kind::by_error, kStorageShare * tolerance};
-  if (options.storage == "16-bit") storage.kind = Kind::quantized;
-  if (options.storage == "float") storage.kind = Kind::floats;
-  if (options.storage == "auto" && options.level_of_detail) {
-    storage.kind = Kind::floats;
-    storage.why_floats = "coarser levels are made of them";
-  }
-  return storage;
-}
-
 std::unique_ptr<const Tracer> prepare_exact(const World& world, const EffectPlan& plan,
                                             const Accuracy& accuracy) {
   const auto exact = plugin_registry().find(Integrator::kKind, "exact")->make();
@@ -130,7 +113,7 @@ class MarchTracer final : public Tracer {
         m_tolerance(plan.secondary_rays() ? 0.5 * m_promise : m_promise),
         m_ends(world, plan, accuracy),
         m_fog(world, m_tolerance, accuracy.picture),
-        m_march(world, plan, storage_for(options, m_tolerance)),
+        m_march(world, plan, options.storage_for(kStorageShare * m_tolerance)),
         m_hazes(haze_rays(world, m_march, m_tolerance)),
         m_exact(prepare_exact(world, plan, accuracy)) {
     MarchScene& kernel = m_march.kernel;
@@ -164,8 +147,34 @@ class MarchTracer final : public Tracer {
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     if (rays.empty()) return;
-    if (!m_plan.surfaces && !m_plan.fog && !m_enclosed && misses_media(rays))
-      return show_background(rays, results);
+    if (m_plan.surfaces || m_plan.fog || m_enclosed) return trace_all(rays, results, counters);
+    constexpr size_t kTogether = kMostClear * kClearRays;
+    for (size_t first = 0; first < rays.size(); first += kTogether) {
+      const size_t count = std::min(kTogether, rays.size() - first);
+      trace_where_not_clear(rays.subspan(first, count), results.subspan(first, count), counters);
+    }
+  }
+
+ private:
+  /// Traces runs of blocks together, except for those that see the background alone.
+  void trace_where_not_clear(std::span<const Ray> rays, std::span<RayResult> results,
+                             Counters& counters) const {
+    std::array<char, kMostClear> clear;
+    const size_t blocks = (rays.size() + kClearRays - 1) / kClearRays;
+    find_clear(m_march.kernel, m_march.media(), rays, std::span(clear).first(blocks));
+    for (size_t block = 0, next = 0; block < blocks; block = next) {
+      while (next < blocks && clear[next] == clear[block]) ++next;
+      const size_t first = block * kClearRays, count = std::min(next * kClearRays, rays.size()) - first;
+      const auto run = rays.subspan(first, count);
+      const auto seen = results.subspan(first, count);
+      if (clear[block] != 0)
+        show_background(run, seen);
+      else
+        trace_all(run, seen, counters);
+    }
+  }
+
+  void trace_all(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const {
     TraceCounters tile;
     const MarchPacket packet = trace_packet(rays, {}, results, tile);
     for (size_t i = 0; i < rays.size(); ++i) {
@@ -173,19 +182,6 @@ class MarchTracer final : public Tracer {
     }
     if (m_enclosed) bound_errors(packet, results, counters);
     tile.add_to(counters);
-  }
-
- private:
-  /// True where none of the rays can meet a medium: they are then answered at once.
-  bool misses_media(std::span<const Ray> rays) const {
-    Beam beam;
-    for (const Ray& ray : rays) {
-      beam.o.extendBy(ray.o);
-      beam.d.extendBy(ray.d);
-    }
-    return std::all_of(m_world.media.begin(), m_world.media.end(), [&](const WorldMedium& medium) {
-      return beam.inside(medium.density->bounds()).empty();
-    });
   }
 
   /// Traces rays that come by these paths; none given: from the camera.
@@ -472,15 +468,7 @@ class OtherTracer final : public Tracer {
 struct March final : Integrator {
   MarchOptions options;
 
-  void describe(ParamTable& params) override {
-    params.boolean("leaping", options.leaping, "skip empty nodes and adapt steps to what is in a node");
-    params.boolean("sun_cache", options.sun_cache,
-                   "take sunlight from a cache where that is accurate enough");
-    params.boolean("level_of_detail", options.level_of_detail,
-                   "read grids at coarser levels where the picture is the same");
-    params.text("storage", options.storage, "densities as floats, in 16 bits, or as the tolerance allows")
-        .one_of({"auto", "float", "16-bit"});
-  }
+  void describe(ParamTable& params) override { options.describe(params); }
 
   bool has_level_of_detail() const override { return options.level_of_detail; }
 

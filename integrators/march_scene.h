@@ -42,6 +42,9 @@ class MarchWorld {
   /// Why a world cannot be marched; "" where it can.
   static std::string obstacle(const World& world, const EffectPlan& plan);
 
+  /// All media, by their numbers.
+  std::span<const WorldMedium* const> media() const { return m_media; }
+
   /// The analytic media, by their numbers less those of the grids.
   std::span<const WorldMedium* const> hazes() const {
     return std::span(m_media).subspan(kernel.grids.size());

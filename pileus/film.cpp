@@ -44,33 +44,40 @@ int Film::add_if(bool wanted, const char* name) {
   return int(m_image.channels.size()) - 1;
 }
 
-void Film::set_pixel(int x, int y, std::span<const RayResult> rays) {
-  Rgb radiance(0.0);
-  double transmittance = 0.0, samples = 0.0, error = 0.0, bound = 0.0;
-  double z = std::numeric_limits<double>::infinity(), z_half = z;
+RayResult Film::mean(std::span<const RayResult> rays) const {
+  RayResult mean;
+  mean.transmittance = mean.error = mean.bound = 0.0;
   for (const RayResult& ray : rays) {
-    radiance += m_weight * ray.radiance;
-    transmittance += m_weight * ray.transmittance;
-    error += m_weight * ray.error;
-    bound += m_weight * ray.bound;
-    samples += double(ray.samples);
-    z = std::min(z, ray.z_first);
-    z_half = std::min(z_half, ray.z_half);
+    mean.radiance += m_weight * ray.radiance;
+    mean.transmittance += m_weight * ray.transmittance;
+    mean.error += m_weight * ray.error;
+    mean.bound += m_weight * ray.bound;
+    mean.samples += ray.samples;
+    mean.z_first = std::min(mean.z_first, ray.z_first);
+    mean.z_half = std::min(mean.z_half, ray.z_half);
   }
+  return mean;
+}
+
+void Film::set_pixel(int x, int y, std::span<const RayResult> rays) {
+  set_pixel(x, y, rays.size() == 1 ? rays.front() : mean(rays));
+}
+
+void Film::set_pixel(int x, int y, const RayResult& result) {
   const size_t pixel = size_t(y) * size_t(m_image.width) + size_t(x);
-  set(m_red, pixel, radiance.x);
-  set(m_green, pixel, radiance.y);
-  set(m_blue, pixel, radiance.z);
-  set(m_alpha, pixel, 1.0 - transmittance);
+  set(m_red, pixel, result.radiance.x);
+  set(m_green, pixel, result.radiance.y);
+  set(m_blue, pixel, result.radiance.z);
+  set(m_alpha, pixel, 1.0 - result.transmittance);
   if (kHasAovs && m_has_aovs) {
-    set(m_transmittance, pixel, transmittance);
-    set(m_z, pixel, z);
-    set(m_z_half, pixel, z_half);
-    set(m_samples, pixel, samples);
-    set(m_error, pixel, error);
-    if (m_bound >= 0) set(m_bound, pixel, bound_in_floats(bound, radiance));
+    set(m_transmittance, pixel, result.transmittance);
+    set(m_z, pixel, result.z_first);
+    set(m_z_half, pixel, result.z_half);
+    set(m_samples, pixel, double(result.samples));
+    set(m_error, pixel, result.error);
+    if (m_bound >= 0) set(m_bound, pixel, bound_in_floats(result.bound, result.radiance));
   }
-  m_errors[pixel] = float(error);
+  m_errors[pixel] = float(result.error);
 }
 
 std::optional<double> Film::max_error() const {

@@ -37,6 +37,8 @@ class Film {
   const Image& image() const { return m_image; }
 
  private:
+  RayResult mean(std::span<const RayResult> rays) const;
+  void set_pixel(int x, int y, const RayResult& result);
   void set(int channel, size_t pixel, double value) {
     if (channel >= 0) m_image.channels[size_t(channel)].values[pixel] = float(value);
   }

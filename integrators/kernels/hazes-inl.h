@@ -67,7 +67,7 @@ class Hazes {
 
   /// Adds what is between t0 and t1. The light in a haze varies as the shadows of the grids do that lie in
   /// it. It begins and ends all at once, so that samples on both sides of a step tell little of its error.
-  ///   light_scale: of a haze, Marcher::light_scale
+  ///   light_scale: of a haze, Outlook::light_scale
   template <class LightScale>
   void look_ahead(const MarchScene& scene, double t0, double t1, const LightScale& light_scale,
                   Slab& slab) const {

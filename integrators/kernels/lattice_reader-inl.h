@@ -41,7 +41,14 @@ class LatticeReader {
       m_last[axis] = std::nextafter(float(lattice.bricks[axis] * SunLattice::kBrickCells), 0.0f);
   }
 
-  HWY_INLINE V read(V u, V v, V w) const {
+  /// Where the depths of a vector of positions are: GridReader::Cells.
+  struct Cells {
+    alignas(64) int32_t bricks[kLanes];
+    alignas(64) int32_t cells[kLanes];
+    V fu, fv, fw;
+  };
+
+  HWY_INLINE Cells locate(V u, V v, V w) const {
     const D d;
     const DI di;
     u = clamp(u, 0), v = clamp(v, 1), w = clamp(w, 2);
@@ -53,17 +60,27 @@ class LatticeReader {
     const VI cell = hn::Add(hn::Add(hn::Mul(hn::And(cu, seven), hn::Set(di, SunLattice::kStrideU)),
                                     hn::Mul(hn::And(cw, seven), hn::Set(di, SunLattice::kStrideW))),
                             hn::And(cv, seven));
-    alignas(64) int32_t bricks[kLanes], cells[kLanes];
-    hn::Store(brick, di, bricks);
-    hn::Store(cell, di, cells);
+    Cells cells;
+    hn::Store(brick, di, cells.bricks);
+    hn::Store(cell, di, cells.cells);
+    cells.fu = hn::Sub(u, hn::ConvertTo(d, cu));
+    cells.fv = hn::Sub(v, hn::ConvertTo(d, cv));
+    cells.fw = hn::Sub(w, hn::ConvertTo(d, cw));
+    return cells;
+  }
+
+  HWY_INLINE V read(V u, V v, V w) const { return read(locate(u, v, w)); }
+
+  HWY_INLINE V read(const Cells& cells) const {
+    const D d;
     const int16_t* at[kLanes];
-    for (size_t i = 0; i < kLanes; ++i) at[i] = m_nodes + (ptrdiff_t(m_offsets[bricks[i]]) + cells[i]);
-    const V fu = hn::Sub(u, hn::ConvertTo(d, cu)), fv = hn::Sub(v, hn::ConvertTo(d, cv)),
-            fw = hn::Sub(w, hn::ConvertTo(d, cw));
+    for (size_t i = 0; i < kLanes; ++i)
+      at[i] = m_nodes + (ptrdiff_t(m_offsets[cells.bricks[i]]) + cells.cells[i]);
     constexpr int kU = SunLattice::kStrideU, kW = SunLattice::kStrideW;
-    const V c00 = edge(at, 0, fv), c01 = edge(at, kW, fv);
-    const V c10 = edge(at, kU, fv), c11 = edge(at, kU + kW, fv);
-    return hn::Sub(lerp(lerp(c00, c01, fw), lerp(c10, c11, fw), fu), hn::Set(d, SunLattice::kOffset));
+    const V c00 = edge(at, 0, cells.fv), c01 = edge(at, kW, cells.fv);
+    const V c10 = edge(at, kU, cells.fv), c11 = edge(at, kU + kW, cells.fv);
+    return hn::Sub(lerp(lerp(c00, c01, cells.fw), lerp(c10, c11, cells.fw), cells.fu),
+                   hn::Set(d, SunLattice::kOffset));
   }
 
  private:

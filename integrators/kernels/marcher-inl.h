@@ -18,6 +18,7 @@
 #include "integrators/kernels/hazes-inl.h"
 #include "integrators/kernels/history-inl.h"
 #include "integrators/kernels/lattice_reader-inl.h"
+#include "integrators/kernels/outlook-inl.h"
 #include "integrators/kernels/packet-inl.h"
 #include "integrators/kernels/places-inl.h"
 #include "integrators/kernels/readers-inl.h"
@@ -44,12 +45,12 @@ class Marcher {
         m_hazes(scene.hazes.size(), lights()),
         m_grids(grid_readers(scene)),
         m_lattices(lattice_readers(scene.lattices)),
-        m_places(scene, m_grids, m_lattices) {
+        m_places(scene, m_grids, m_lattices),
+        m_outlook(scene, m_places, m_hazes) {
     for (size_t i = 0; i < scene.media(); ++i) m_extinctions.push_back(float(scene.medium(i).extinction));
     if (!m_places.any()) {
       m_paths.resize(m_grids.size());
       m_sun_paths.resize(m_lattices.size());
-      m_locals.resize(m_grids.size() * kPacketRays);
     }
     m_weights.resize(scene.media() * size_t(lights()) * (kPlain ? 1 : kMostTerms));
     m_sums.resize(scene.media() * sums_per_medium(scene));
@@ -60,8 +61,8 @@ class Marcher {
   /// rays: at most kPacketRays; sums: [ray][medium][sum]
   void march(std::span<const MarchRay> rays, std::span<MarchResult> results, double* sums) {
     m_rays = rays;
-    m_leaps = m_samples = m_lookups = 0;
-    const Segment inside = find_entry();
+    m_samples = m_lookups = 0;
+    const Segment inside = m_outlook.leap_ahead(m_outlook.enter(rays));
     if (inside.empty()) return miss(results, sums);
     begin(inside);
     walk(inside);
@@ -70,8 +71,8 @@ class Marcher {
 
  private:
   static constexpr bool kClamp = true;  ///< the rays beside one in the grid may be outside
+  static constexpr size_t kTogether = std::min<size_t>(kVectors, 2);  ///< vectors of rays
   static constexpr size_t kTermsKept = kPlain ? 1 : kMostTerms;
-  static constexpr int kMostLevel = 8;   ///< slabs of 8 << level cells
   static constexpr int kFewSteps = 2;    ///< a slab that needs no more is not worth dividing
   static constexpr int kMostSteps = 32;  ///< between two looks at what is left of the rays
 
@@ -79,45 +80,12 @@ class Marcher {
   int media() const { return kGrids > 0 ? kGrids : int(m_scene.media()); }
   int lights() const { return kLights >= 0 ? kLights : m_scene.lights; }
 
-  /// Beams of the packet in every grid, and where on the rays something may be met.
-  Segment find_entry() {
-    m_beams.clear();
-    Segment inside{std::numeric_limits<double>::infinity(), 0.0}, wanted = inside;
-    m_finest = std::numeric_limits<double>::infinity();
-    if (m_places.any()) inside = m_places.enter(m_rays, m_finest);
-    for (size_t g = 0; g < m_paths.size(); ++g) {
-      const MarchGrid& grid = m_scene.grids[g];
-      m_beams.emplace_back(grid, grid.local_from_world, m_rays, std::span(m_locals).subspan(g * kPacketRays));
-      const Segment in_grid = m_beams.back().inside();
-      inside = {std::min(inside.t0, in_grid.t0), std::max(inside.t1, in_grid.t1)};
-      m_finest = std::min(m_finest, m_beams.back().voxel());
-    }
-    if constexpr (kGrids != 1) enter_hazes(inside);
-    m_latest_start = 0.0;
-    m_earliest_end = std::numeric_limits<double>::infinity();
-    for (const MarchRay& job : m_rays) {
-      wanted = {std::min(wanted.t0, job.segment.t0), std::max(wanted.t1, job.segment.t1)};
-      m_latest_start = std::max(m_latest_start, job.segment.t0);
-      m_earliest_end = std::min(m_earliest_end, job.segment.t1);
-    }
-    return {std::max(inside.t0, wanted.t0), std::min(inside.t1, wanted.t1)};
-  }
-
-  void enter_hazes(Segment& inside) {
-    if (!m_hazes.any()) return;
-    const Segment in_hazes = m_hazes.inside(m_rays);
-    inside = {std::min(inside.t0, in_hazes.t0), std::max(inside.t1, in_hazes.t1)};
-    constexpr double kSlabs = 16.0;
-    if (m_grids.empty()) m_finest = inside.length() / (kSlabs * double(BrickGrid::kBrickCells));
-    // Where a ray ends within little of a slab, slabs have to be as short.
-    m_finest = std::min(m_finest, m_hazes.mean_free_path(m_scene, m_rays));
-  }
-
   /// The answer for rays that meet nothing.
   void miss(std::span<MarchResult> results, double* sums) const {
     MarchResult nothing;
     nothing.z_half = std::numeric_limits<double>::infinity();
     nothing.first = {nothing.z_half, nothing.z_half};
+    nothing.leaps = m_outlook.leaps;
     std::fill(results.begin(), results.end(), nothing);
     std::fill_n(sums, m_rays.size() * m_sums.size(), 0.0);
   }
@@ -126,7 +94,6 @@ class Marcher {
   void begin(const Segment& inside) {
     m_base = inside.t0;
     m_quality = std::numeric_limits<double>::infinity();
-    m_brightest = 0.0;
     for (size_t i = 0; i < kPacketRays; ++i) {
       // A packet that is not full has its last ray several times.
       const size_t ray = std::min(i, m_rays.size() - 1);
@@ -137,7 +104,6 @@ class Marcher {
       m_behind.of[i] = float(job.behind);
       m_stop.of[i] = float(job.stop);
       m_quality = std::min(m_quality, job.step_quality);
-      m_brightest = std::max(m_brightest, job.brightest);
       keep_weights(i, job);
       m_height0.of[i] = float(job.height0 + m_base * job.height1);
       m_height1.of[i] = float(job.height1);
@@ -159,7 +125,7 @@ class Marcher {
 
   void place(size_t lane, size_t ray, const Ray& world) {
     for (size_t g = 0; g < m_paths.size(); ++g) {
-      const Ray& local = m_locals[g * kPacketRays + ray];
+      const Ray& local = m_outlook.local(g, ray);
       m_paths[g].set(lane, local.at(m_base), local.d);
     }
     for (size_t i = 0; i < m_sun_paths.size(); ++i) {
@@ -181,10 +147,10 @@ class Marcher {
   void walk(const Segment& inside) {
     int level = 0;
     for (double t = inside.t0; t < inside.t1;) {
-      const double end = std::min(t + double(BrickGrid::kBrickCells << level) * m_finest, inside.t1);
-      const Slab slab = look_ahead(t, end);
+      const double end = m_outlook.slab_end(t, level, inside.t1);
+      const Slab slab = m_outlook.look(t, end);
       if (slab.is_empty) {
-        ++m_leaps;
+        ++m_outlook.leaps;
         if (m_is_inside) leave_medium();
       } else {
         const int steps = steps_for(slab, end - t);
@@ -199,37 +165,9 @@ class Marcher {
           continue;
         }
       }
-      level = std::min(level + 1, kMostLevel);
+      level = std::min(level + 1, Outlook<kGrids>::kMostLevel);
       t = end > t ? end : inside.t1;  // slabs so short that t does not move: far away, in tiny voxels
     }
-  }
-
-  Slab look_ahead(double t0, double t1) {
-    Slab slab;
-    for (size_t g = 0; g < m_beams.size(); ++g) {
-      const MarchGrid& grid = m_scene.grids[g];
-      ValueRange range = m_beams[g].range(t0, t1);
-      if (!m_scene.is_leaping) range = m_beams[g].whole();
-      if (range.hi == 0.0f) continue;
-      slab.is_empty = false;
-      slab.is_uniform &= range.is_uniform();
-      slab.sigma += grid.extinction * double(range.hi);
-      slab.variation += light_scale(grid) * double(range.hi - range.lo);
-      slab.voxel = std::min(slab.voxel, m_beams[g].voxel());
-    }
-    if constexpr (kGrids != 1) {
-      const auto scale = [&](const MarchMedium& medium) { return light_scale(medium); };
-      m_places.look_ahead(t0, t1, scale, slab);
-      m_hazes.look_ahead(m_scene, t0, t1, scale, slab);
-    }
-    return slab;
-  }
-
-  /// How much a density adds to a ray, relative to the brightest it can get [1/m]: by its extinction, or by
-  /// what it glows.
-  double light_scale(const MarchMedium& medium) const {
-    if (!(medium.glow > medium.extinction * m_brightest)) return medium.extinction;
-    return medium.glow / std::max(m_brightest, 1e-30);
   }
 
   int steps_for(const Slab& slab, double span) const {
@@ -242,12 +180,12 @@ class Marcher {
   bool march_slab(double t0, double t1, int steps) {
     const double dt = (t1 - t0) / steps;
     m_is_inside = true;
-    m_is_cut = t0 < m_latest_start || t1 > m_earliest_end;
+    m_is_cut = t0 < m_outlook.latest_start || t1 > m_outlook.earliest_end;
     if constexpr (kGrids != 1) m_places.find_shadows(t0, t1);
     for (int done = 0; done < steps; done += kMostSteps) {
       const int count = std::min(steps - done, kMostSteps);
       const float first = float(t0 + done * dt - m_base);
-      for (size_t v = 0; v < kVectors; ++v) march_vector(v, first, float(dt), count);
+      for (size_t v = 0; v < kVectors; v += kTogether) march_vectors(v, first, float(dt), count);
       m_samples += uint64_t(count);
       bool has_ended = true;
       for (size_t v = 0; v < kVectors; ++v)
@@ -266,32 +204,57 @@ class Marcher {
     m_is_inside = false;
   }
 
-  /// Equal steps of the rays of one vector.
-  HWY_INLINE void march_vector(size_t v, float first, float step, int count) {
-    const D d;
-    History history = m_history.get(v);
-    V before = m_passed.get(v), tau_sum = hn::Zero(d), error2 = m_error2.get(v);
-    const V behind = m_behind.get(v);
-    V dt = hn::Set(d, step);
+  /// A vector of rays between two steps.
+  struct Way {
+    History history;
+    V before, tau, error2;
+    V t, dt;  ///< of the present step: its middle and its length
+  };
+
+  /// Equal steps of the rays of kTogether vectors. Each step is a long chain in which everything waits for
+  /// what is before it: two chains side by side take little longer than one.
+  HWY_INLINE void march_vectors(size_t v0, float first, float step, int count) {
+    Way ways[kTogether];
+    for (size_t u = 0; u < kTogether; ++u) ways[u] = begin_way(v0 + u);
     for (int k = 0; k < count; ++k) {
-      V t = hn::Set(d, first + (float(k) + 0.5f) * step);
-      if (m_is_cut) cut(v, hn::Set(d, first + float(k) * step), hn::Set(d, step), t, dt);
-      const Sample sample = composite(v, t, dt, before, tau_sum);
-      if constexpr (kGrids != 1) {
-        if (m_shades.any()) {
-          const V tau = hn::Mul(sample.sigma, dt), weight = hn::Mul(before, dt);
-          error2 = hn::Add(error2, m_shades.error2(v, weight, tau, sample.lit, history.lit1));
-        }
-      }
-      error2 = hn::Add(error2, history.error2(sample.lit, sample.sigma, behind));
-      history.push(sample, hn::Mul(before, dt));
-      before = sample.after;
+      for (size_t u = 0; u < kTogether; ++u) place_step(v0 + u, first, step, k, ways[u]);
+      Sample samples[kTogether];
+      composite(v0, ways, samples);
+      for (size_t u = 0; u < kTogether; ++u) advance(v0 + u, samples[u], ways[u]);
     }
-    m_history.set(v, history);
-    m_error2.set(v, error2);
-    m_tau.add(v, tau_sum);
-    // A product of few factors is good to a few ulp; over the ray it would drift.
-    m_passed.set(v, simd_transmittance(d, m_tau.get(v)));
+    for (size_t u = 0; u < kTogether; ++u) {
+      const size_t v = v0 + u;
+      m_history.set(v, ways[u].history);
+      m_error2.set(v, ways[u].error2);
+      m_tau.add(v, ways[u].tau);
+      // A product of few factors is good to a few ulp; over the ray it would drift.
+      m_passed.set(v, simd_transmittance(D(), m_tau.get(v)));
+    }
+  }
+
+  HWY_INLINE Way begin_way(size_t v) const {
+    const V zero = hn::Zero(D());
+    return {m_history.get(v), m_passed.get(v), zero, m_error2.get(v), zero, zero};
+  }
+
+  HWY_INLINE void place_step(size_t v, float first, float step, int k, Way& way) const {
+    const D d;
+    way.t = hn::Set(d, first + (float(k) + 0.5f) * step);
+    way.dt = hn::Set(d, step);
+    if (m_is_cut) cut(v, hn::Set(d, first + float(k) * step), hn::Set(d, step), way.t, way.dt);
+  }
+
+  HWY_INLINE void advance(size_t v, const Sample& sample, Way& way) {
+    const V weight = hn::Mul(way.before, way.dt);
+    if constexpr (kGrids != 1) {
+      if (m_shades.any()) {
+        const V tau = hn::Mul(sample.sigma, way.dt);
+        way.error2 = hn::Add(way.error2, m_shades.error2(v, weight, tau, sample.lit, way.history.lit1));
+      }
+    }
+    way.error2 = hn::Add(way.error2, way.history.error2(sample.lit, sample.sigma, m_behind.get(v)));
+    way.history.push(sample, weight);
+    way.before = sample.after;
   }
 
   /// The part of a step that lies in each ray's own segment.
@@ -303,20 +266,38 @@ class Marcher {
   }
 
   /// Adds a step of every ray to the sums.
-  HWY_INLINE Sample composite(size_t v, V t, V dt, V before, V& tau_sum) {
-    const D d;
+  HWY_INLINE void composite(size_t v0, Way* ways, Sample* samples) {
     if constexpr (kGrids == 1) {
-      const V rho = density(0, v, t), sigma = hn::Mul(rho, hn::Set(d, m_extinctions[0]));
-      const V tau = hn::Mul(sigma, dt), scattered = hn::Mul(before, simd_opacity(d, tau));
-      tau_sum = hn::Add(tau_sum, tau);
-      const V bright = add_scattered(0, v, scattered, t);
-      const V lit = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[0].glow)), hn::Mul(sigma, bright));
-      const V after = hn::Sub(before, scattered);
-      if (m_scene.wants_depth) m_depths.note(v, t, dt, rho, tau, before, after);
-      return {sigma, lit, bright, after};
+      GridReader::Cells cells[kTogether];
+      LatticeReader::Cells sun_cells[kTogether];
+      for (size_t u = 0; u < kTogether; ++u) cells[u] = locate(0, v0 + u, ways[u].t);
+      if constexpr (kLights == 1) {
+        for (size_t u = 0; u < kTogether; ++u) sun_cells[u] = locate_sun(0, v0 + u, ways[u].t);
+      }
+      V rhos[kTogether], depths[kTogether] = {};
+      for (size_t u = 0; u < kTogether; ++u) rhos[u] = m_grids[0].read(cells[u]);
+      if constexpr (kLights == 1) {
+        for (size_t u = 0; u < kTogether; ++u) depths[u] = m_lattices[0].read(sun_cells[u]);
+      }
+      for (size_t u = 0; u < kTogether; ++u) samples[u] = composite_one(v0 + u, rhos[u], depths[u], ways[u]);
     } else {
-      return composite_several(v, t, dt, before, tau_sum);
+      for (size_t u = 0; u < kTogether; ++u)
+        samples[u] = composite_several(v0 + u, ways[u].t, ways[u].dt, ways[u].before, ways[u].tau);
     }
+  }
+
+  /// A grid alone.
+  ///   depth: of the light, where there is one
+  HWY_INLINE Sample composite_one(size_t v, V rho, V depth, Way& way) {
+    const D d;
+    const V sigma = hn::Mul(rho, hn::Set(d, m_extinctions[0]));
+    const V tau = hn::Mul(sigma, way.dt), scattered = hn::Mul(way.before, simd_opacity(d, tau));
+    way.tau = hn::Add(way.tau, tau);
+    const V bright = add_scattered(0, v, scattered, way.t, depth);
+    const V lit = hn::MulAdd(rho, hn::Set(d, float(m_scene.grids[0].glow)), hn::Mul(sigma, bright));
+    const V after = hn::Sub(way.before, scattered);
+    if (m_scene.wants_depth) m_depths.note(v, way.t, way.dt, rho, tau, way.before, after);
+    return {sigma, lit, bright, after};
   }
 
   /// Where media overlap their extinctions add up, and each scatters its share.
@@ -326,7 +307,7 @@ class Marcher {
     if (m_shades.any()) m_shades.look(v, t, dt);
     for (int l = 0; l < lights(); ++l) m_sun_depths[size_t(l)].set(v, sun_depth(l, v, t));
     for (int g = 0; g < media(); ++g) {
-      const V rho = g < grids() ? density(g, v, t) : m_hazes.density(size_t(g - grids()), v, t, dt);
+      const V rho = g < grids() ? density(size_t(g), v, t) : m_hazes.density(size_t(g - grids()), v, t, dt);
       m_rhos[size_t(g)].set(v, rho);
       sigma = hn::MulAdd(rho, hn::Set(d, m_extinctions[size_t(g)]), sigma);
       rho_sum = hn::Add(rho_sum, rho);
@@ -347,7 +328,8 @@ class Marcher {
       const V rho = m_rhos[size_t(g)].get(v), column = hn::Mul(mean, rho);
       sum_of(g, 0).add(v, column);
       const V extinction = hn::Set(d, m_extinctions[size_t(g)]);
-      lit = hn::MulAdd(hn::Mul(rho, extinction), add_scattered(g, v, hn::Mul(column, extinction), t), lit);
+      lit = hn::MulAdd(hn::Mul(rho, extinction),
+                       add_scattered(g, v, hn::Mul(column, extinction), t, hn::Zero(d)), lit);
       glow = hn::MulAdd(rho, hn::Set(d, float(m_scene.medium(size_t(g)).glow)), glow);
     }
     if (m_fog.any()) {
@@ -360,20 +342,31 @@ class Marcher {
     return {sigma, hn::Add(lit, glow), bright, after};
   }
 
-  HWY_INLINE V density(int grid, size_t v, V t) const {
-    if constexpr (kGrids != 1) {
-      if (m_places.any()) return m_places.density(size_t(grid), v, t);
-    }
-    const PacketPath& path = m_paths[size_t(grid)];
-    return m_grids[size_t(grid)].template read<kClamp>(path.at(0, v, t), path.at(1, v, t), path.at(2, v, t));
+  HWY_INLINE V density(size_t grid, size_t v, V t) const {
+    if (m_places.any()) return m_places.density(grid, v, t);
+    return m_grids[grid].read(locate(grid, v, t));
+  }
+
+  HWY_INLINE GridReader::Cells locate(size_t grid, size_t v, V t) const {
+    const PacketPath& path = m_paths[grid];
+    return m_grids[grid].template locate<kClamp>(path.at(0, v, t), path.at(1, v, t), path.at(2, v, t));
+  }
+
+  HWY_INLINE LatticeReader::Cells locate_sun(size_t lattice, size_t v, V t) const {
+    const PacketPath& path = m_sun_paths[lattice];
+    return m_lattices[lattice].locate(path.at(0, v, t), path.at(1, v, t), path.at(2, v, t));
   }
 
   /// Adds what a medium scatters of each light and of the height-dependent sky; returns its response to all
   /// lights, as if no solid shaded it: steps are to be as fine in the shade.
-  HWY_INLINE V add_scattered(int medium, size_t v, V scattered, V t) {
+  ///   depth: towards the light of a grid that has one alone
+  HWY_INLINE V add_scattered(int medium, size_t v, V scattered, V t, V depth) {
     V sum = hn::Zero(D());
     for (int l = 0; l < lights(); ++l) {
-      const V depth = kGrids == 1 ? sun_depth(l, v, t) : m_sun_depths[size_t(l)].get(v);
+      if constexpr (kGrids != 1)
+        depth = m_sun_depths[size_t(l)].get(v);
+      else if constexpr (kLights != 1)
+        depth = lattice_depth(size_t(l), v, t);
       const V response = response_of(medium, l, v, depth);
       V arriving = hn::Mul(scattered, response);
       if constexpr (kGrids != 1) {
@@ -395,7 +388,6 @@ class Marcher {
 
   HWY_INLINE V sun_depth(int light, size_t v, V t) {
     const size_t first = size_t(light) * size_t(grids());
-    if constexpr (kGrids == 1) return lattice_depth(first, v, t);
     V sum = m_hazes.any() ? m_hazes.depth(light, v, t) : hn::Zero(D());
     if (m_places.any()) return hn::Add(sum, m_places.depth(light, v, t, m_lookups));
     if (m_scene.shadow_step > 0.0) return hn::Add(sum, traced_depth(light, v, t));
@@ -404,8 +396,7 @@ class Marcher {
   }
 
   HWY_INLINE V lattice_depth(size_t index, size_t v, V t) const {
-    const PacketPath& path = m_sun_paths[index];
-    return m_lattices[index].read(path.at(0, v, t), path.at(1, v, t), path.at(2, v, t));
+    return m_lattices[index].read(locate_sun(index, v, t));
   }
 
   /// Shadow rays of all lanes in step, through every grid.
@@ -454,7 +445,7 @@ class Marcher {
       if (m_scene.wants_depth) m_depths.tell(i, m_base, result);
       result.samples = m_samples;
       result.lookups = m_scene.shadow_step > 0.0 ? m_lookups / kPacketRays : m_samples * uint64_t(lights());
-      result.leaps = m_leaps;
+      result.leaps = m_outlook.leaps;
       double* const own = sums + i * m_sums.size();
       for (size_t n = 0; n < m_sums.size(); ++n) own[n] = double(m_sums[n].of[i]);
       if constexpr (kGrids != 1) {
@@ -471,23 +462,21 @@ class Marcher {
   Hazes m_hazes;
   std::vector<GridReader> m_grids;
   std::vector<LatticeReader> m_lattices;
-  Places m_places;                   ///< where some grid stands in several
+  Places m_places;  ///< where some grid stands in several
+  Outlook<kGrids> m_outlook;
   std::vector<float> m_extinctions;  ///< of each medium [1/m]
 
   // The present packet. t of the floats counts from m_base.
   std::span<const MarchRay> m_rays;
-  std::vector<Ray> m_locals;      ///< [grid][ray]; this and what follows where each grid stands but once
-  std::vector<GridBeam> m_beams;  ///< one per grid
-  std::vector<PacketPath> m_paths, m_sun_paths;
-  std::vector<PacketFloats> m_weights;     ///< [medium][light][term]
-  std::vector<PacketFloats> m_sums;        ///< [medium][sum]
-  std::vector<PacketFloats> m_rhos;        ///< [medium]: densities of the present samples
-  std::vector<PacketFloats> m_sun_depths;  ///< [light]: optical depths towards suns there
-  double m_base = 0.0, m_finest = 0.0, m_latest_start = 0.0, m_earliest_end = 0.0;
-  double m_quality = 0.0, m_brightest = 0.0;
+  std::vector<PacketPath> m_paths, m_sun_paths;  ///< where each grid stands but once
+  std::vector<PacketFloats> m_weights;           ///< [medium][light][term]
+  std::vector<PacketFloats> m_sums;              ///< [medium][sum]
+  std::vector<PacketFloats> m_rhos;              ///< [medium]: densities of the present samples
+  std::vector<PacketFloats> m_sun_depths;        ///< [light]: optical depths towards suns there
+  double m_base = 0.0, m_quality = 0.0;
   bool m_is_inside = false;  ///< the last slab was not empty
   bool m_is_cut = false;     ///< some ray begins or ends in the present slab
-  uint64_t m_samples = 0, m_lookups = 0, m_leaps = 0;
+  uint64_t m_samples = 0, m_lookups = 0;
   PacketFloats m_start, m_end, m_behind, m_stop, m_height0, m_height1, m_passed, m_error2;
   CompensatedFloats m_tau;
   PacketHistory m_history;

@@ -89,7 +89,7 @@ class Places {
   }
 
   /// Adds what stands between t0 and t1; densities are read there from now on.
-  ///   light_scale: of a grid, Marcher::light_scale
+  ///   light_scale: of a grid, Outlook::light_scale
   template <class LightScale>
   void look_ahead(double t0, double t1, const LightScale& light_scale, Slab& slab) {
     m_here.clear();

@@ -58,17 +58,41 @@ class GridReader {
     for (int axis = 0; axis < 3; ++axis) m_last[axis] = 8.0f * float(n[axis]) - 1.0f;
   }
 
+  /// Where the densities of a vector of positions are, and what is left of these in their cells. Finding that
+  /// and reading there are steps of their own, so that those of several vectors can be under way together:
+  /// one waits for the other.
+  struct Cells {
+    alignas(64) int32_t bricks[kLanes];   ///< in the table
+    alignas(64) int32_t corners[kLanes];  ///< among a brick's values
+    V fx, fy, fz;
+  };
+
   /// kClamp: where positions may lie far outside. Rounding alone never leaves the table's border of zeros.
   template <bool kClamp>
-  HWY_INLINE V read(V x, V y, V z) const {
+  HWY_INLINE Cells locate(V x, V y, V z) const {
     if constexpr (kClamp) clamp(x, y, z);
-    return m_stored ? read_quantized<false>(x, y, z) : read_floats<false>(x, y, z);
+    const DI di;
+    const Place place(x, y, z);
+    Cells cells;
+    hn::Store(brick_of(place), di, cells.bricks);
+    hn::Store(place.corner(), di, cells.corners);
+    cells.fx = place.fx, cells.fy = place.fy, cells.fz = place.fz;
+    return cells;
+  }
+
+  HWY_INLINE V read(const Cells& cells) const {
+    return m_stored ? read_quantized<false>(cells) : read_floats<false>(cells);
+  }
+
+  template <bool kClamp>
+  HWY_INLINE V read(V x, V y, V z) const {
+    return read(locate<kClamp>(x, y, z));
   }
 
   /// The same for positions of which many lie in empty bricks or outside.
   HWY_INLINE V read_or_skip(V x, V y, V z) const {
-    clamp(x, y, z);
-    return m_stored ? read_quantized<true>(x, y, z) : read_floats<true>(x, y, z);
+    const Cells cells = locate<true>(x, y, z);
+    return m_stored ? read_quantized<true>(cells) : read_floats<true>(cells);
   }
 
  private:
@@ -110,35 +134,29 @@ class GridReader {
   }
 
   template <bool kSkip>
-  HWY_INLINE V read_quantized(V x, V y, V z) const {
+  HWY_INLINE V read_quantized(const Cells& cells) const {
     const D d;
-    const DI di;
-    const Place place(x, y, z);
-    alignas(64) int32_t bricks[kLanes], corners[kLanes];
-    hn::Store(brick_of(place), di, bricks);
-    hn::Store(place.corner(), di, corners);
     const int16_t* at[kLanes];
     int32_t any = 0;
     for (size_t i = 0; i < kLanes; ++i) {
-      const int32_t offset = m_offsets[bricks[i]];
+      const int32_t offset = m_offsets[cells.bricks[i]];
       any |= offset;
-      at[i] = m_stored + (ptrdiff_t(offset) + corners[i]);
+      at[i] = m_stored + (ptrdiff_t(offset) + cells.corners[i]);
     }
     if (kSkip && any == 0) return hn::Zero(d);
     const V steps =
-        trilinear_quantized(d, at, BrickGrid::kStrideX, BrickGrid::kStrideY, place.fx, place.fy, place.fz);
+        trilinear_quantized(d, at, BrickGrid::kStrideX, BrickGrid::kStrideY, cells.fx, cells.fy, cells.fz);
     return hn::Mul(steps, hn::Set(d, m_scale));
   }
 
   template <bool kSkip>
-  HWY_INLINE V read_floats(V x, V y, V z) const {
+  HWY_INLINE V read_floats(const Cells& cells) const {
     const D d;
     const DI di;
-    const Place place(x, y, z);
-    const VI brick = hn::GatherIndex(di, m_offsets, brick_of(place));
+    const VI brick = hn::GatherIndex(di, m_offsets, hn::Load(di, cells.bricks));
     if (kSkip && hn::AllTrue(di, hn::Eq(brick, hn::Zero(di)))) return hn::Zero(d);
-    return trilinear(d, m_values, hn::Add(brick, place.corner()), BrickGrid::kStrideX, BrickGrid::kStrideY,
-                     place.fx, place.fy, place.fz);
+    return trilinear(d, m_values, hn::Add(brick, hn::Load(di, cells.corners)), BrickGrid::kStrideX,
+                     BrickGrid::kStrideY, cells.fx, cells.fy, cells.fz);
   }
 
   const int32_t* m_offsets;

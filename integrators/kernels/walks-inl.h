@@ -87,20 +87,12 @@ class GridBeam {
   /// Length along the rays in which none moves by more than a voxel's edge [m].
   double voxel() const { return m_voxel; }
 
-  /// Range of the densities that rays can meet between t0 and t1, from nodes about as large as the beam is
-  /// wide there.
+  /// Range of the densities that rays can meet between t0 and t1.
   ValueRange range(double t0, double t1) const {
     const Box3d box = m_beam.box(t0, t1);
-    double extent = 0.0;
-    for (int axis = 0; axis < 3; ++axis) {
+    for (int axis = 0; axis < 3; ++axis)
       if (!(box.max[axis] > m_bounds.min[axis]) || !(box.min[axis] < m_bounds.max[axis])) return {};
-      extent = std::max(extent, box.max[axis] - box.min[axis]);
-    }
-    constexpr double kNodesAcross = 2.0;
-    const size_t top = m_pyramid->levels().size() - 1;
-    size_t level = 0;
-    while (level < top && extent > kNodesAcross * double(8 << level)) ++level;
-    return range_of_nodes(box, level);
+    return m_pyramid->range(box);
   }
 
   const ValueRange& whole() const { return m_pyramid->levels().back().ranges[0]; }  ///< of the grid
@@ -115,27 +107,6 @@ class GridBeam {
       hull = {std::min(hull.t0, inside.t0), std::max(hull.t1, inside.t1)};
     }
     return hull;
-  }
-
-  ValueRange range_of_nodes(const Box3d& box, size_t level) const {
-    const BrickPyramid::Level& nodes = m_pyramid->levels()[level];
-    const int shift = 3 + int(level);
-    int lo[3], hi[3];
-    for (int axis = 0; axis < 3; ++axis) {
-      // NaN becomes 0.
-      const double most = double(nodes.nodes[axis] << shift) - 1.0;
-      lo[axis] = int(std::max(0.0, std::min(box.min[axis], most))) >> shift;
-      hi[axis] = int(std::max(0.0, std::min(box.max[axis], most))) >> shift;
-    }
-    ValueRange range{std::numeric_limits<float>::max(), 0.0f};
-    for (int x = lo[0]; x <= hi[0]; ++x) {
-      for (int y = lo[1]; y <= hi[1]; ++y) {
-        const ValueRange* row =
-            nodes.ranges.data() + (size_t(x) * size_t(nodes.nodes.y) + size_t(y)) * size_t(nodes.nodes.z);
-        for (int z = lo[2]; z <= hi[2]; ++z) range.include(row[z]);
-      }
-    }
-    return range;
   }
 
   const BrickPyramid* m_pyramid;

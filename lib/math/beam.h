@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <limits>
 
+#include "lib/math/affine.h"
 #include "lib/math/ray.h"
 #include "lib/math/vec.h"
 
@@ -44,5 +45,26 @@ struct Beam {
     return result;
   }
 };
+
+/// A beam that holds the rays of another, seen from another space.
+inline Beam seen_from(const Affine& to_from, const Beam& beam) {
+  const Vec3d zero = to_from.point(Vec3d(0.0));
+  Beam seen{{zero, zero}, {Vec3d(0.0), Vec3d(0.0)}};
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3d unit(0.0);
+    unit[axis] = 1.0;
+    const Vec3d column = to_from.direction(unit);
+    for (int row = 0; row < 3; ++row) {
+      const auto add = [&](const Box3d& from, Box3d& to) {
+        const double a = column[row] * from.min[axis], b = column[row] * from.max[axis];
+        to.min[row] += std::min(a, b);
+        to.max[row] += std::max(a, b);
+      };
+      add(beam.o, seen.o);
+      add(beam.d, seen.d);
+    }
+  }
+  return seen;
+}
 
 }  // namespace pileus

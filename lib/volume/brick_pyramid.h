@@ -1,6 +1,8 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
+#include <limits>
 #include <memory>
 #include <vector>
 
@@ -57,6 +59,10 @@ class BrickPyramid {
                         size_t(cell.z >> shift)];
   }
 
+  /// Range of the values that a point in a box can read, from nodes about as large as the box.
+  ///   box: relative to origin(); what lies outside the table reads its edge, which is 0
+  ValueRange range(const Box3d& box) const;
+
  private:
   friend class QuantizedBuilder;
 
@@ -74,5 +80,32 @@ class BrickPyramid {
   std::vector<int32_t> m_offsets;
   std::vector<Level> m_levels;
 };
+
+inline ValueRange BrickPyramid::range(const Box3d& box) const {
+  constexpr double kNodesAcross = 2.0;
+  double extent = 0.0;
+  for (int axis = 0; axis < 3; ++axis) extent = std::max(extent, box.max[axis] - box.min[axis]);
+  size_t level = 0;
+  while (level + 1 < m_levels.size() && extent > kNodesAcross * double(8 << level)) ++level;
+
+  const Level& nodes = m_levels[level];
+  const int shift = 3 + int(level);
+  int lo[3], hi[3];
+  for (int axis = 0; axis < 3; ++axis) {
+    // NaN becomes 0.
+    const double most = double(nodes.nodes[axis] << shift) - 1.0;
+    lo[axis] = int(std::max(0.0, std::min(box.min[axis], most))) >> shift;
+    hi[axis] = int(std::max(0.0, std::min(box.max[axis], most))) >> shift;
+  }
+  ValueRange range{std::numeric_limits<float>::max(), 0.0f};
+  for (int x = lo[0]; x <= hi[0]; ++x) {
+    for (int y = lo[1]; y <= hi[1]; ++y) {
+      const ValueRange* row =
+          nodes.ranges.data() + (size_t(x) * size_t(nodes.nodes.y) + size_t(y)) * size_t(nodes.nodes.z);
+      for (int z = lo[2]; z <= hi[2]; ++z) range.include(row[z]);
+    }
+  }
+  return range;
+}
 
 }  // namespace pileus
