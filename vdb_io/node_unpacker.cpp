@@ -1,6 +1,7 @@
 #include "vdb_io/node_unpacker.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cstring>
 #include <map>
@@ -89,6 +90,18 @@ const char* unpack_block(Bytes& in, uint32_t compression, std::span<char> room) 
   return done ? room.data() : nullptr;
 }
 
+/// Puts the active ones of eight values at their places. Returns what comes after them.
+const float* spread_row(const float* from, uint64_t mask, uint64_t second,
+                        const std::array<float, 2>& inactive, float* to) {
+  if (mask == 0xff) {
+    std::copy_n(from, 8, to);
+    return from + 8;
+  }
+  for (int n = 0; n < 8; ++n) to[n] = inactive[second >> n & 1];
+  for (; mask != 0; mask &= mask - 1) to[std::countr_zero(mask)] = *from++;
+  return from;
+}
+
 /// Puts active values at their places, and inactive ones between them.
 ///   other: 1 where the second inactive value is meant; or null
 void spread(const float* from, std::span<const uint64_t> active, const char* other,
@@ -101,11 +114,8 @@ void spread(const float* from, std::span<const uint64_t> active, const char* oth
     } else if (mask == 0 && second == 0) {
       std::fill_n(to, 64, inactive[0]);
     } else {
-      for (int n = 0; n < 64; ++n) {
-        const bool is_active = (mask >> n & 1) != 0;
-        to[n] = is_active ? *from : inactive[second >> n & 1];
-        from += is_active;
-      }
+      for (int n = 0; n < 64; n += 8)
+        from = spread_row(from, mask >> n & 0xff, second >> n & 0xff, inactive, to + n);
     }
   }
 }

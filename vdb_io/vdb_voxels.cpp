@@ -74,13 +74,13 @@ class VoxelReader {
     m_values.resize(64 * node.active.size());
     if (!unpacker.unpack(m_bytes, node.active, m_values)) damaged();
     const int log2_dim = node.child_size == 8 ? 4 : 5, last = (1 << log2_dim) - 1;
-    for (size_t w = 0; w < node.active.size(); ++w) {
-      for (uint64_t tiles = ~node.children[w]; tiles != 0; tiles &= tiles - 1) {
-        const int bit = std::countr_zero(tiles), n = int(64 * w) + bit;
-        const Vec3i place(n >> (2 * log2_dim), n >> log2_dim & last, n & last);
-        add_tile(node.origin + place * node.child_size, node.child_size, m_values[size_t(n)],
-                 (node.active[w] >> bit & 1) != 0);
-      }
+    for (size_t n = 0; n < m_values.size(); ++n) {
+      const uint64_t bit = uint64_t(1) << (n & 63);
+      const bool is_active = (node.active[n >> 6] & bit) != 0;
+      const bool is_nothing = m_values[n] == 0.0f && !is_active;
+      if (is_nothing || (node.children[n >> 6] & bit) != 0) continue;
+      const Vec3i place(int(n) >> (2 * log2_dim), int(n) >> log2_dim & last, int(n) & last);
+      add_tile(node.origin + place * node.child_size, node.child_size, m_values[n], is_active);
     }
     require_memory(m_path.string(), fmt::format("grid \"{}\"", m_grid.name),
                    m_tree.structure.memory_bytes + m_voxels.tiles.size() * sizeof(VoxelTile));
@@ -96,7 +96,7 @@ class VoxelReader {
   };
 
   void read_leaves() {
-    constexpr size_t kLeavesPerChunk = 128;
+    constexpr size_t kLeavesPerChunk = 64;
     const size_t leaves = m_tree.leaves.size();
     auto values = std::make_shared<LargeArray<float>>(make_large_array<float>(leaves * kLeafVoxels));
     std::vector<Chunk> chunks((leaves + kLeavesPerChunk - 1) / kLeavesPerChunk);

@@ -19,6 +19,7 @@
 #include "tests/fixtures/temp_folder.h"
 #include "tests/fixtures/vdb_seeds.h"
 #include "tests/vdb_io/vdb_test_files.h"
+#include "vdb_io/density_voxels.h"
 #include "vdb_io/inspect.h"
 #include "vdb_io/openvdb/grid_to_field.h"
 #include "vdb_io/openvdb/vdb_reader.h"
@@ -47,18 +48,21 @@ bool is_long_run() {
   return std::getenv("PILEUS_LONG_TESTS") != nullptr;
 }
 
-/// Reads as render and info do. Errors are fine; anything else that is thrown ends the child.
+/// Errors are fine; anything else that is thrown ends the child.
+template <class Read>
+void allow_errors(const Read& read) {
+  try {
+    read();
+  } catch (const Error&) {
+  }
+}
+
+/// Reads as render, convert and info do.
 void read(const std::filesystem::path& path) {
-  try {
-    const DensityGrid density =
-        read_density_grid(path, {"", LevelSetPolicy::to_fog, BadValuePolicy::to_zero});
-    field_from_grid(density.grid, Affine());
-  } catch (const Error&) {
-  }
-  try {
-    inspect_vdb(path);
-  } catch (const Error&) {
-  }
+  const VdbReadOptions options{"", LevelSetPolicy::to_fog, BadValuePolicy::to_zero};
+  allow_errors([&] { field_from_voxels(read_density_voxels(path, options).voxels, Affine()); });
+  allow_errors([&] { field_from_grid(read_density_grid(path, options).grid, Affine()); });
+  allow_errors([&] { inspect_vdb(path); });
 }
 
 using Damage = std::function<void(std::string& bytes, int round, std::mt19937& random)>;

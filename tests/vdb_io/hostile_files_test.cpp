@@ -4,6 +4,7 @@
 
 #include "tests/fixtures/temp_folder.h"
 #include "tests/vdb_io/vdb_test_files.h"
+#include "vdb_io/density_voxels.h"
 #include "vdb_io/inspect.h"
 #include "vdb_io/openvdb/vdb_reader.h"
 #include "vdb_io/vdb_directory.h"
@@ -36,9 +37,12 @@ class HostileFile : public testing::Test {
     return bytes;
   }
 
+  /// That of both readers: what the walk before them finds is the same.
   std::string error_for(const std::string& bytes) {
     write_bytes(path, bytes);
-    return error_of([&] { read_density_grid(path); });
+    const std::string error = error_of([&] { read_density_grid(path); });
+    EXPECT_EQ(error_of([&] { read_density_voxels(path); }), error);
+    return error;
   }
 };
 
@@ -63,6 +67,7 @@ TEST_F(HostileFile, known_malformed_files) {
                                       {"real_gitlfs_pointer_bunny.vdb", "Git LFS pointer"}}) {
     PILEUS_REAL_FILE(file, std::string("malformed/") + name);
     expect_mentions(error_of([&] { read_density_grid(file); }), message);
+    expect_mentions(error_of([&] { read_density_voxels(file); }), message);
     expect_mentions(error_of([&] { inspect_vdb(file); }), message);
   }
 }
@@ -101,6 +106,39 @@ TEST_F(HostileFile, an_unpacked_block_larger_than_its_leaf) {
   expect_mentions(error_for(patched(sound, size_offset, int64_t(1) << 62)), "is damaged");
 }
 
+TEST_F(HostileFile, packed_voxels_that_are_noise) {
+  for (const uint32_t codec : {openvdb::io::COMPRESS_BLOSC, openvdb::io::COMPRESS_ZIP}) {
+    auto grid = make_grid();
+    grid->clearGridClass();  // fog is never zipped
+    for (int i = 0; i < 512; ++i) grid->tree().setValueOn(Coord(i & 7, i >> 3 & 7, i >> 6), float(i % 5));
+    write_with_openvdb(path, {grid}, codec);
+    std::string bytes = read_bytes(path);
+    for (size_t i = bytes.size() - 20; i < bytes.size(); ++i) bytes[i] = '\xff';
+    write_bytes(path, bytes);
+    expect_mentions(error_of([&] { read_density_voxels(path); }),
+                    "is damaged: grid \"density\": its voxels do not unpack");
+  }
+}
+
+TEST_F(HostileFile, trees_that_overlap_themselves_or_contradict_the_metadata) {
+  auto grid = make_grid();
+  grid->tree().addTile(3, Coord(0), 0.5f, true);
+  grid->tree().addTile(3, Coord(4096, 0, 0), 0.5f, true);
+  write_with_openvdb(path, {grid});
+  std::string bytes = read_bytes(path);
+  const int32_t second = 4096;
+  const size_t at = bytes.rfind(std::string(reinterpret_cast<const char*>(&second), sizeof second));
+  expect_mentions(error_for(patched(bytes, at, int32_t(0))), "a root tile lies where another one");
+
+  grid->setSaveFloatAsHalf(true);
+  write_with_openvdb(path, {grid});
+  bytes = read_bytes(path);
+  const std::string flag = "is_saved_as_half_float";
+  const size_t value = bytes.find(flag) + flag.size() + 4 + 4 + 4;  // after the type's name and the size
+  ASSERT_EQ(bytes[value], 1);
+  expect_mentions(error_for(patched(bytes, value, char(0))), "disagree about half floats");
+}
+
 TEST_F(HostileFile, cut_anywhere) {
   const std::string sound = sound_bytes();
   for (size_t length = 0; length < sound.size(); length += length < 400 ? 1 : 211) {
@@ -108,9 +146,17 @@ TEST_F(HostileFile, cut_anywhere) {
   }
 }
 
-/// Reading either works or throws one Error; inspecting never throws more.
+/// Reading either works or throws one Error, and both readers see the same; inspecting never throws more.
 void read_and_inspect(const std::filesystem::path& path) {
-  error_of([&] { read_density_grid(path, {.bad_values = BadValuePolicy::to_zero}); });
+  DensityGrid grid;
+  DensityVoxels voxels;
+  const bool is_read =
+      error_of([&] { grid = read_density_grid(path, {.bad_values = BadValuePolicy::to_zero}); }).empty();
+  const bool is_read_directly =
+      error_of([&] { voxels = read_density_voxels(path, {.bad_values = BadValuePolicy::to_zero}); }).empty();
+  if (is_read && is_read_directly) {
+    EXPECT_EQ(voxels.voxels.counts, grid.values);
+  }
   error_of([&] { inspect_vdb(path); });
 }
 

@@ -80,40 +80,69 @@ float scan_leaves_impl(std::span<const VoxelLeaf> leaves, uint8_t* reached) {
   return hn::GetLane(hn::MaxOfLanes(d, most));
 }
 
-LeafLook look_at_leaf_impl(const float* values, const uint64_t* active) {
-  const D d;
-  const DI di;
-  constexpr float kInfinity = std::numeric_limits<float>::infinity();
-  constexpr int32_t kLargestFinite = 0x7f7fffff;
-  HWY_ALIGN static constexpr int32_t kPlaces[8] = {1, 2, 4, 8, 16, 32, 64, 128};
-  LeafMaxima maxima;
-  maxima.clear();
-  maxima.add(values);
-  // Values that are not negative order like their bits.
-  hn::Vec<DI> any_bits = hn::Zero(di), highest_bits = hn::Zero(di), nonzero = hn::Zero(di);
-  V lowest = hn::Set(d, kInfinity), highest = hn::Set(d, -kInfinity);
-  for (int row = 0; row < 64; ++row) {
-    const auto mask_of_row = hn::Set(di, int32_t(active[row >> 3] >> (8 * (row & 7)) & 0xff));
-    for (int z = 0; z < 8; z += kLanes) {
-      const V value = hn::LoadU(d, values + row * 8 + z);
+enum class Active { none, some, all };
+
+/// What the values of a leaf say, by lane. Values that are not negative order like their bits.
+struct LaneLook {
+  hn::Vec<DI> any_bits = hn::Zero(DI()), highest_bits = hn::Zero(DI()), nonzero = hn::Zero(DI());
+  V lowest = hn::Set(D(), std::numeric_limits<float>::infinity());
+  V highest = hn::Set(D(), -std::numeric_limits<float>::infinity());
+
+  HWY_INLINE LaneLook() {}  // its own, for an implied one would be made for the wrong instruction set
+
+  /// The 64 values of a word of the mask.
+  template <Active kActive>
+  HWY_INLINE void add(const float* values, uint64_t mask) {
+    const D d;
+    const DI di;
+    HWY_ALIGN static constexpr int32_t kPlaces[8] = {1, 2, 4, 8, 16, 32, 64, 128};
+    for (int i = 0; i < 64; i += kLanes) {
+      const V value = hn::LoadU(d, values + i);
       const auto bits = hn::BitCast(di, value);
       any_bits = hn::Or(any_bits, bits);
       highest_bits = hn::Max(highest_bits, bits);
-      const auto is_active = hn::TestBit(mask_of_row, hn::Load(di, kPlaces + z));
-      lowest = hn::Min(lowest, hn::IfThenElse(hn::RebindMask(d, is_active), value, hn::Set(d, kInfinity)));
-      highest = hn::Max(highest, hn::IfThenElse(hn::RebindMask(d, is_active), value, hn::Set(d, -kInfinity)));
-      const auto is_nonzero = hn::Gt(bits, hn::Zero(di));
-      nonzero = hn::Sub(nonzero, hn::VecFromMask(di, hn::AndNot(is_active, is_nonzero)));
+      if constexpr (kActive == Active::all) {
+        lowest = hn::Min(lowest, value);
+        highest = hn::Max(highest, value);
+      } else if constexpr (kActive == Active::none) {
+        nonzero = hn::Sub(nonzero, hn::VecFromMask(di, hn::Gt(bits, hn::Zero(di))));
+      } else {
+        const auto row = hn::Set(di, int32_t(mask >> (i & ~7) & 0xff));
+        const auto is_active = hn::TestBit(row, hn::Load(di, kPlaces + (i & 7)));
+        const auto is_value = hn::RebindMask(d, is_active);
+        lowest = hn::IfThenElse(is_value, hn::Min(lowest, value), lowest);
+        highest = hn::IfThenElse(is_value, hn::Max(highest, value), highest);
+        nonzero = hn::Sub(nonzero, hn::VecFromMask(di, hn::AndNot(is_active, hn::Gt(bits, hn::Zero(di)))));
+      }
+    }
+  }
+};
+
+LeafLook look_at_leaf_impl(const float* values, const uint64_t* active) {
+  const D d;
+  const DI di;
+  constexpr int32_t kLargestFinite = 0x7f7fffff;
+  LeafMaxima maxima;
+  maxima.clear();
+  maxima.add(values);
+  LaneLook lanes;
+  for (int word = 0; word < 8; ++word) {
+    if (active[word] == ~uint64_t(0)) {
+      lanes.add<Active::all>(values + 64 * word, active[word]);
+    } else if (active[word] == 0) {
+      lanes.add<Active::none>(values + 64 * word, active[word]);
+    } else {
+      lanes.add<Active::some>(values + 64 * word, active[word]);
     }
   }
   LeafLook look;
-  look.is_plain = hn::GetLane(hn::MinOfLanes(di, any_bits)) >= 0 &&
-                  hn::GetLane(hn::MaxOfLanes(di, highest_bits)) <= kLargestFinite;
+  look.is_plain = hn::GetLane(hn::MinOfLanes(di, lanes.any_bits)) >= 0 &&
+                  hn::GetLane(hn::MaxOfLanes(di, lanes.highest_bits)) <= kLargestFinite;
   look.reached = maxima.reached();
   look.largest = hn::GetLane(hn::MaxOfLanes(d, maxima.all.all()));
-  look.lowest_active = hn::GetLane(hn::MinOfLanes(d, lowest));
-  look.highest_active = hn::GetLane(hn::MaxOfLanes(d, highest));
-  look.inactive_nonzero = uint32_t(hn::GetLane(hn::SumOfLanes(di, nonzero)));
+  look.lowest_active = hn::GetLane(hn::MinOfLanes(d, lanes.lowest));
+  look.highest_active = hn::GetLane(hn::MaxOfLanes(d, lanes.highest));
+  look.inactive_nonzero = uint32_t(hn::GetLane(hn::SumOfLanes(di, lanes.nonzero)));
   return look;
 }
 
