@@ -23,6 +23,8 @@ double mesh_value(const MeshDistance& mesh, const Vec3d& p) {
 
 CloudBody::CloudBody(const FreeForm& form) : m_form(form) {}
 
+CloudBody::CloudBody(const Quadric& base) : m_form(base) {}
+
 CloudBody::CloudBody(std::shared_ptr<const MeshDistance> mesh) : m_mesh(std::move(mesh)) {}
 
 const Box3d& CloudBody::bounds() const {

@@ -22,6 +22,7 @@ namespace pileus {
 class CloudBody {
  public:
   CloudBody(const FreeForm& form);  // NOLINT(google-explicit-constructor): a free form is one
+  CloudBody(const Quadric& base);   // NOLINT(google-explicit-constructor): and a quadric is a free form
   explicit CloudBody(std::shared_ptr<const MeshDistance> mesh);
 
   const Box3d& bounds() const;               ///< world space [m]
