@@ -424,6 +424,44 @@ class BrickGridBuilder {
   BrickGrid m_grid;
 };
 
+VoxelSource voxels_of(const BrickGrid& grid) {
+  constexpr size_t kLeafVoxels = 512;
+  constexpr int kSide = BrickGrid::kBrickCells;
+  std::vector<VoxelTile> tiles;
+  struct Place {
+    Vec3i origin;
+    const float* values;
+  };
+  std::vector<Place> places;
+  for (const BrickGrid::Block& block : grid.blocks()) {
+    if (block.table == BrickGrid::Block::kUniform) {
+      if (block.whole.range.hi > 0.0f)
+        tiles.push_back({block.origin, BrickGrid::kBlockCells, block.whole.range.hi});
+      continue;
+    }
+    for (int n = 0; n < int(BrickGrid::kBricksOfBlock); ++n) {
+      const Vec3i origin = block.origin + kSide * Vec3i(n >> 8, n >> 4 & 15, n & 15);
+      const BrickGrid::Brick& brick = grid.brick_at(block, origin);
+      if (brick.range.is_uniform()) {
+        if (brick.range.hi > 0.0f) tiles.push_back({origin, kSide, brick.range.hi});
+      } else {
+        places.push_back({origin, grid.values(brick)});
+      }
+    }
+  }
+  auto values = std::make_shared<LargeArray<float>>(make_large_array<float>(places.size() * kLeafVoxels));
+  std::vector<VoxelLeaf> leaves(places.size());
+  parallel_for(places.size(), [&](size_t i) {
+    float* to = values->get() + i * kLeafVoxels;
+    leaves[i] = {places[i].origin, to};
+    for (int x = 0; x < kSide; ++x) {
+      for (int y = 0; y < kSide; ++y, to += kSide)
+        std::copy_n(places[i].values + x * BrickGrid::kStrideX + y * BrickGrid::kStrideY, kSide, to);
+    }
+  });
+  return {std::move(leaves), std::move(tiles), std::move(values)};
+}
+
 BrickGrid build_brick_grid(std::span<const VoxelLeaf> leaves, std::span<const VoxelTile> tiles) {
   return BrickGridBuilder(leaves, tiles).build();
 }

@@ -112,4 +112,7 @@ class BrickGrid {
 /// voxels lie within 2^13 of the ends of the integers
 BrickGrid build_brick_grid(std::span<const VoxelLeaf> leaves, std::span<const VoxelTile> tiles);
 
+/// The voxels that a grid was built of, copied: a leaf for each brick that has values of its own, and tiles.
+VoxelSource voxels_of(const BrickGrid& grid);
+
 }  // namespace pileus

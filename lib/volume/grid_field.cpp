@@ -109,23 +109,48 @@ class Lazy {
   mutable std::optional<T> m_value;
 };
 
+/// The voxels while bricks may still be made of them. Bricks of floats hold all of them: after these, the
+/// voxels are not kept any more, and stand in the memory of nobody.
+class PassingVoxels {
+ public:
+  explicit PassingVoxels(VoxelSource voxels)
+      : m_voxels(std::make_shared<const VoxelSource>(std::move(voxels))) {}
+
+  /// Null after let_go().
+  std::shared_ptr<const VoxelSource> get() const {
+    const std::lock_guard lock(m_mutex);
+    return m_voxels;
+  }
+  void let_go() const {
+    const std::lock_guard lock(m_mutex);
+    m_voxels = nullptr;
+  }
+
+ private:
+  mutable std::mutex m_mutex;
+  mutable std::shared_ptr<const VoxelSource> m_voxels;
+};
+
 class GridField final : public DensityField {
  public:
   GridField(VoxelSource voxels, const Affine& world_from_index)
-      : m_voxels(std::move(voxels)),
-        m_world_from_index(world_from_index),
+      : m_world_from_index(world_from_index),
         m_index_from_world(world_from_index.inverse()),
-        m_lo(m_voxels.bounds().lo()),
-        m_hi(m_voxels.bounds().hi()),
+        m_lo(voxels.bounds().lo()),
+        m_hi(voxels.bounds().hi()),
         m_cells(Vec3d(m_lo), Vec3d(m_hi)),
-        m_max_density(double(m_voxels.max_value())) {}
+        m_max_density(double(voxels.max_value())),
+        m_voxels(std::move(voxels)) {}
 
   bool has_bricks() const override { return true; }
   const BrickGrid* bricks() const override { return &grid(); }
   std::shared_ptr<const BrickPyramid> quantized_bricks() const override {
-    if (!(quantization_scale(m_voxels.max_value()) > 0.0)) return nullptr;
-    return m_quantized.get(
-        [&] { return std::make_shared<const BrickPyramid>(build_quantized_bricks(m_voxels)); });
+    if (!(quantization_scale(float(m_max_density)) > 0.0)) return nullptr;
+    return m_quantized.get([&] {
+      const std::shared_ptr<const VoxelSource> voxels = m_voxels.get();
+      return std::make_shared<const BrickPyramid>(voxels ? build_quantized_bricks(*voxels)
+                                                         : build_quantized_bricks(voxels_of(grid())));
+    });
   }
   const Affine& index_from_world() const override { return m_index_from_world; }
 
@@ -250,16 +275,20 @@ class GridField final : public DensityField {
   }
 
   const BrickGrid& grid() const {
-    return m_grid.get([&] { return build_brick_grid(m_voxels.leaves(), m_voxels.tiles()); });
+    return m_grid.get([&] {
+      BrickGrid bricks = build_brick_grid(m_voxels.get()->leaves(), m_voxels.get()->tiles());
+      m_voxels.let_go();
+      return bricks;
+    });
   }
 
-  VoxelSource m_voxels;
-  Lazy<BrickGrid> m_grid;
-  Lazy<std::shared_ptr<const BrickPyramid>> m_quantized;
   Affine m_world_from_index, m_index_from_world;
   Vec3i m_lo, m_hi;  ///< all cells that may be non-zero, [lo, hi)
   Box3d m_cells;     ///< the same as a box of index space
   double m_max_density;
+  PassingVoxels m_voxels;
+  Lazy<BrickGrid> m_grid;
+  Lazy<std::shared_ptr<const BrickPyramid>> m_quantized;
 };
 
 }  // namespace

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstring>
 #include <limits>
+#include <memory>
 #include <random>
 #include <vector>
 
@@ -12,6 +13,7 @@
 
 #include "lib/core/error.h"
 #include "lib/core/parallel.h"
+#include "lib/volume/grid_field.h"
 #include "tests/fixtures/simd_targets.h"
 #include "tests/fixtures/voxel_sources.h"
 
@@ -244,6 +246,36 @@ TEST(QuantizedBricks, order_and_threads_change_nothing) {
       EXPECT_EQ(one.mean_error, other.mean_error);
       EXPECT_EQ(one.mean_value, other.mean_value);
     });
+  }
+}
+
+TEST(QuantizedBricks, of_a_field_that_has_let_its_voxels_go_are_the_same) {
+  VoxelSources voxels = mixed_voxels(58);
+  const auto fresh = make_grid_field(voxels.source(), Affine());
+  const BrickPyramid reference = *fresh->quantized_bricks();
+
+  auto owner = std::make_shared<int>();
+  const std::weak_ptr<int> watch = owner;
+  const VoxelSource source = voxels.source();
+  const auto field =
+      make_grid_field(VoxelSource({source.leaves().begin(), source.leaves().end()},
+                                  {source.tiles().begin(), source.tiles().end()}, std::move(owner)),
+                      Affine());
+  EXPECT_FALSE(watch.expired());
+  field->bricks();
+  EXPECT_TRUE(watch.expired()) << "bricks of floats hold all that there is: nobody needs the voxels";
+  const BrickPyramid pyramid = *field->quantized_bricks();
+  ASSERT_EQ(pyramid.origin(), reference.origin());
+  ASSERT_EQ(pyramid.offsets().size(), reference.offsets().size());
+  EXPECT_EQ(pyramid.quantized()->scale, reference.quantized()->scale);
+  EXPECT_NEAR(pyramid.quantized()->mean_error, reference.quantized()->mean_error, 1e-12);
+  for (size_t i = 0; i < pyramid.offsets().size(); ++i) {
+    ASSERT_EQ(
+        std::memcmp(pyramid.quantized()->stored.get() + pyramid.offsets()[i],
+                    reference.quantized()->stored.get() + reference.offsets()[i], 729 * sizeof(int16_t)),
+        0);
+    ASSERT_EQ(pyramid.levels()[0].ranges[i].lo, reference.levels()[0].ranges[i].lo);
+    ASSERT_EQ(pyramid.levels()[0].ranges[i].hi, reference.levels()[0].ranges[i].hi);
   }
 }
 
