@@ -41,10 +41,12 @@ struct Checker final : Texture {
   void commit_pattern(std::vector<std::string>&) override { m_projection = m_layout.projection(); }
 
   TextureValue pattern(const TexturedPoint& point) const override {
-    const auto [uv, area] = m_layout.place(m_projection, point);
-    const double width_u = std::fabs(area.a.x) + std::fabs(area.b.x);
-    const double width_v = std::fabs(area.a.y) + std::fabs(area.b.y);
-    const double share = 0.5 + 0.5 * mean_of_wave(uv.x, width_u) * mean_of_wave(uv.y, width_v);
+    const double share = m_layout.mean(m_projection, point, [](const Layout::Place& place) {
+      const auto& [uv, area] = place;
+      const double width_u = std::fabs(area.a.x) + std::fabs(area.b.x);
+      const double width_v = std::fabs(area.a.y) + std::fabs(area.b.y);
+      return 0.5 + 0.5 * mean_of_wave(uv.x, width_u) * mean_of_wave(uv.y, width_v);
+    });
     return {m_color_a * share + m_color_b * (1.0 - share), 1.0};
   }
 };

@@ -74,8 +74,11 @@ struct ImageTexture final : Texture {
   bool is_pattern_opaque() const override { return m_is_opaque; }
 
   TextureValue pattern(const TexturedPoint& point) const override {
-    const Layout::Place place = m_layout.place(m_projection, point);
-    const Texel texel = filtered(m_pyramid, place.uv, place.area, m_wraps, m_filter);
+    const auto seen = [&](const Layout::Place& place) {
+      return filtered(m_pyramid, place.uv, place.area, m_wraps, m_filter);
+    };
+    const Texel texel = m_filter == TextureFilter::nearest ? seen(m_layout.place(m_projection, point))
+                                                           : m_layout.mean(m_projection, point, seen);
     if (!(texel.w > 0.0F)) return {Rgb(0.0), 0.0};
     const auto share = [&](float color) { return std::min(1.0, double(color) / double(texel.w)); };
     return {{share(texel.x), share(texel.y), share(texel.z)}, std::min(1.0, double(texel.w))};

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "lib/core/param_table.h"
@@ -42,6 +44,32 @@ struct Layout {
     const PicturePlace at = project(how, point.p);
     const auto edge = [&](const Vec3d& e) { return Vec2d(tiles_u * dot(at.du, e), tiles_v * dot(at.dv, e)); };
     return {{tiles_u * at.uv.x, tiles_v * at.uv.y}, {edge(point.a), edge(point.b)}};
+  }
+
+  /// The mean of `f(place)` over what a pixel sees. Near an axis the meridians fan out and an area is no
+  /// parallelogram in the picture: it is cut into parts that are, but for the one on the axis.
+  template <class F>
+  auto mean(Projection how, const TexturedPoint& point, F&& f) const {
+    const int parts = how == Projection::planar ? 1 : parts_near_axis(how, point);
+    if (parts == 1) return f(place(how, point));
+    const double share = 1.0 / parts;
+    auto sum = f(place(how, part(point, 0, 0, share)));
+    for (int i = 1; i < parts * parts; ++i) sum += f(place(how, part(point, i % parts, i / parts, share)));
+    return sum * (share * share);
+  }
+
+ private:
+  /// So many along each edge that a part spans a 24th of a turn.
+  static int parts_near_axis(Projection how, const TexturedPoint& point) {
+    constexpr double kSpan = 1.0 / 24.0, kMost = 12.0;
+    const Vec3d du = project(how, point.p).du;
+    const double turns = std::fabs(dot(du, point.a)) + std::fabs(dot(du, point.b));
+    return turns > kSpan ? int(std::ceil(std::min(turns / kSpan, kMost))) : 1;
+  }
+
+  static TexturedPoint part(const TexturedPoint& whole, int i, int j, double share) {
+    const double along_a = (i + 0.5) * share - 0.5, along_b = (j + 0.5) * share - 0.5;
+    return {whole.p + along_a * whole.a + along_b * whole.b, whole.n, share * whole.a, share * whole.b};
   }
 };
 

@@ -88,19 +88,55 @@ TEST(ImageTexture, has_no_seam_and_no_cracked_poles) {
       EXPECT_GT(left.color.y, 0.1);
     }
   }
-  // All around a pole, as a pixel sees it that covers it; sixteen looks along a circle tell its mean so far.
-  constexpr double kSixteenLooks = 0.2;
-  const auto globe =
-      texture_of("type = \"image\"\nfile = \"four.exr\"\nprojection = \"spherical\"\n", four_colors(folder));
-  const Rgb pole = look(*globe, {0, 1, 0}, {0, 1, 0}, 0.01).color;
-  for (int i = 0; i < 12; ++i) {
-    const double angle = i * M_PI / 6;
-    const Vec3d p(1e-5 * std::sin(angle), 1, 1e-5 * std::cos(angle));
-    EXPECT_LT(length(look(*globe, p, {0, 1, 0}, 0.01).color - pole), kSixteenLooks) << i;
+}
+
+/// A picture of 16 x 8 texels of random colours.
+std::filesystem::path random_texels(const TempFolder& folder) {
+  std::mt19937 rng(3);
+  std::uniform_real_distribution<float> value(0, 1);
+  Image image{16, 8, {}, {}};
+  for (const char* channel : {"R", "G", "B"}) {
+    std::vector<float>& values = image.add(channel).values;
+    values.resize(16 * 8);
+    for (float& v : values) v = value(rng);
   }
-  EXPECT_NEAR(pole.x, 0.5, 0.05) << "the mean of the row";
-  EXPECT_NEAR(pole.y, 0.5, 0.05);
-  EXPECT_NEAR(pole.z, 0.0, 1e-6) << "nothing of the other pole";
+  write_image(folder / "random.exr", image);
+  return folder.path();
+}
+
+/// The slow twin: very many looks at points.
+Rgb mean_of_looks(const Texture& texture, const Vec3d& p, double width) {
+  constexpr int kSide = 96;
+  Rgb sum(0.0);
+  for (int i = 0; i < kSide * kSide; ++i) {
+    const double x = (i % kSide + 0.5) / kSide - 0.5, z = (double(i / kSide) + 0.5) / kSide - 0.5;
+    sum += look(texture, p + width * Vec3d(x, 0, z)).color;
+  }
+  return sum / double(kSide * kSide);
+}
+
+double largest(const Rgb& rgb) {
+  return std::max({std::fabs(rgb.x), std::fabs(rgb.y), std::fabs(rgb.z)});
+}
+
+TEST(ImageTexture, is_averaged_around_a_pole_as_anywhere) {
+  const TempFolder folder;
+  for (const std::string projection : {"spherical", "cylindrical"}) {
+    const auto globe =
+        texture_of("type = \"image\"\nfile = \"random.exr\"\nprojection = \"" + projection + "\"\n",
+                   random_texels(folder));
+    const double height = projection == "spherical" ? 1.0 : 0.2;
+    for (const double width : {1e-4, 0.01, 0.1, 0.3}) {
+      for (const double away : {0.0, 1e-4, 0.2, 0.5, 0.7, 1.0, 2.0}) {  // footprints
+        for (int i = 0; i < 7; ++i) {
+          const double angle = i * 0.9;
+          const Vec3d p = Vec3d(std::sin(angle), 0, std::cos(angle)) * (away * width) + Vec3d(0, height, 0);
+          EXPECT_LT(largest(look(*globe, p, {0, 1, 0}, width).color - mean_of_looks(*globe, p, width)), 0.03)
+              << projection << ", " << width << " wide, " << away << " of that from the pole, to " << angle;
+        }
+      }
+    }
+  }
 }
 
 TEST(ImageTexture, derives_opacity_as_it_is_told) {
