@@ -5,6 +5,7 @@
 
 #include <gtest/gtest.h>
 
+#include "integrators/ray_fog.h"
 #include "tests/fixtures/march_scenes.h"
 #include "tests/fixtures/picture_scene.h"
 #include "tests/fixtures/traced_scene.h"
@@ -69,6 +70,40 @@ TEST(Fog, around_an_absorbing_and_glowing_box_is_known_on_paper) {
   expect_near(TracedScene(kExact + glowing).trace(kAhead).radiance, seen(glow), 1e-10);
   expect_near(TracedScene(kUniform + scene).trace(kAhead).radiance, seen(Rgb(0.0)), 1e-7);
   expect_near(TracedScene(kUniform + glowing).trace(kAhead).radiance, seen(glow), 1e-7);
+}
+
+/// How far the fog of a picture of 640 x 360, interpolated between corners of tiles, is off the law: what
+/// shows.
+double worst_between_corners(const std::string& scene, const std::string& fog) {
+  const TracedScene corners(scene + fog + "per = \"vertex\"\n"), law(scene + fog);
+  const Vec2i picture(640, 360);
+  const FogSetup with_corners(corners.world(), 0.002, picture), exact(law.world(), 0.002, picture);
+  RayFog between(with_corners), at(exact);
+  double worst = 0.0;
+  for (int i = 0; i < 20000; ++i) {
+    const Ray ray = law.world().camera->ray(Vec2d(i % 641, i * 37 % 361), picture);
+    const auto hit = nearest_surface(law.world(), ray, {0.0, std::numeric_limits<double>::infinity()});
+    const double end = hit ? hit->t : std::numeric_limits<double>::infinity();
+    between.build(ray, end, true), at.build(ray, end, true);
+    worst = std::max(worst, std::abs(between.end().transmittance - at.end().transmittance));
+  }
+  return worst;
+}
+
+TEST(Fog, between_corners_is_off_as_far_as_told) {
+  const std::string fog = "[fog.f]\ntype = \"distance\"\ndensity = 0.02\n",
+                    wall = "[object.wall]\ntype = \"plane\"\npoint = [0, 0, -40]\nnormal = [0.3, 0.2, 1]\n",
+                    ball = "[object.ball]\ntype = \"sphere\"\nradius = 1\n",
+                    plain = "[object.plain]\ntype = \"plane\"\npoint = [0, -2, 0]\n";
+  EXPECT_LT(worst_between_corners(wall, fog), 2e-4) << "a wall";
+  EXPECT_LT(worst_between_corners(wall, fog + "measure = \"planar\"\n"), 2e-4) << "a wall";
+  const double horizon = worst_between_corners(plain, fog);
+  EXPECT_LT(horizon, 0.1) << "a plain up to the horizon";
+  // Where a tile shows two things: all the difference between them.
+  const double edge = worst_between_corners(wall + ball, fog);
+  EXPECT_LT(edge, std::exp(-0.02 * 4.0) - std::exp(-0.02 * 80.0));
+  EXPECT_GT(edge, 0.3);
+  RecordProperty("horizon", std::to_string(horizon));
 }
 
 TEST(Fog, does_not_dim_the_light_on_its_way) {

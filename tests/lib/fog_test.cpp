@@ -1,4 +1,5 @@
 // Closed forms of fog against slow integrals of the same fog.
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -7,8 +8,10 @@
 #include <gtest/gtest.h>
 
 #include "lib/fog/fade.h"
+#include "lib/fog/fading.h"
 #include "lib/fog/fog_on_ray.h"
 #include "lib/fog/lit_layer.h"
+#include "tests/fixtures/hunt.h"
 
 namespace pileus {
 namespace {
@@ -256,6 +259,43 @@ TEST(FogOnRay, what_comes_after_opaque_fog_does_not_count) {
   EXPECT_EQ(fog.to(10.0).transmittance, 0.0);
   EXPECT_EQ(fog.to(100.0).transmittance, 0.0);
   expect_near(fog.to(100.0).light, {0.2, 0.3, 0.4}, 1e-15);
+}
+
+/// Where a table errs most: halfway between two entries, at the kinks of the law, and where the table ends.
+std::vector<double> hard_distances(const Fading& fading, double reach, std::mt19937_64& rng) {
+  std::uniform_real_distribution<double> share(0.0, 1.2);
+  std::vector<double> distances{0.0, fading.start, fading.start + reach, kInfinity};
+  for (int i = 0; i < 40; ++i) {
+    const double entry = std::floor(share(rng) * Fading::kEntries);
+    for (const double within : {0.0, 1e-9, 0.5, 1.0 - 1e-9})
+      distances.push_back(fading.start + (entry + within) / Fading::kEntries * reach);
+    distances.push_back(share(rng) * fading.start);
+  }
+  return distances;
+}
+
+TEST(Fading, table_is_within_2e_4_of_every_law) {
+  std::mt19937_64 rng(5);
+  std::uniform_real_distribution<double> exponent(-12.0, 6.0), start_exponent(-3.0, 4.0), coin(0.0, 1.0);
+  double worst = 0.0;
+  for (int i = 0; i < hunted(3000); ++i) {
+    Fading fading;
+    fading.law = std::array{Fading::Law::linear, Fading::Law::exponential,
+                            Fading::Law::exponential_squared}[size_t(i % 3)];
+    fading.per = Fading::Per::table;
+    fading.start = coin(rng) < 0.5 ? 0.0 : std::pow(10.0, start_exponent(rng));
+    fading.density = std::pow(10.0, exponent(rng));
+    fading.end = fading.start + 1.0 / fading.density;
+    fading.prepare();
+    const double reach = std::array{1.0, 9.21, std::sqrt(9.21)}[size_t(i % 3)] / fading.density;
+    for (const double distance : hard_distances(fading, reach, rng)) {
+      const double error = std::abs(fading.shown(distance) - fading.fade(distance));
+      ASSERT_LE(error, 2e-4) << "law " << i % 3 << ", density " << fading.density << ", start "
+                             << fading.start << ", distance " << distance;
+      worst = std::max(worst, error);
+    }
+  }
+  EXPECT_GT(worst, 1e-4) << "the figure is no looser than it has to be";
 }
 
 }  // namespace
