@@ -7,7 +7,7 @@
 #include "lib/core/error.h"
 #include "lib/scene/animation.h"
 #include "pileus/pileus.h"
-#include "vdb_io/load_openvdb.h"
+#include "vdb_io/vdb_summary.h"
 #include "vdb_io/volume_format.h"
 
 namespace pileus {
@@ -110,7 +110,7 @@ Box3d placed(const Box3d& box, const Affine& world_from_object) {
 }
 
 Scene load_bare_volume(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  const GridSummary summary = load_openvdb().summarize_density(file, grid_override(overrides));
+  const GridSummary summary = summarize_density(file, grid_override(overrides));
   const auto seen_from = [&](const Vec3d& center, double distance) {
     Scene scene = parse_scene(scene_text(file, summary, center, distance),
                               "default scene of " + file.string(), "", overrides);

@@ -11,7 +11,9 @@
 #include "lib/volume/grid_field.h"
 #include "vdb_io/density_rules.h"
 #include "vdb_io/grid_choice.h"
+#include "vdb_io/load_openvdb.h"
 #include "vdb_io/vdb_voxels.h"
+#include "vdb_io/volume_format.h"
 
 namespace pileus {
 namespace {
@@ -70,6 +72,11 @@ DensityVoxels read_density_voxels(const std::filesystem::path& path, const VdbRe
   if (must_clear_bad_values(path, source, options.bad_values, voxels.counts, density.notes))
     change_values(voxels, cleared);
   return density;
+}
+
+DensityVoxels read_density(const std::filesystem::path& path, const VdbReadOptions& options) {
+  if (volume_format(path) == VolumeFormat::vdb) return read_density_voxels(path, options);
+  return load_openvdb().read_density(path, options);
 }
 
 std::shared_ptr<const DensityField> field_from_voxels(const GridVoxels& voxels,

@@ -21,6 +21,10 @@ struct DensityVoxels {
   std::vector<std::string> notes;  ///< what was chosen or converted on the way, a sentence each
 };
 
+/// Reads one density grid of a volume file of any format; where it is no .vdb file, by way of OpenVDB.
+/// errors: those of read_density_grid
+DensityVoxels read_density(const std::filesystem::path& path, const VdbReadOptions& options = {});
+
 /// Reads one density grid of a .vdb file without OpenVDB: what read_density_grid (vdb_io/openvdb) reads, with
 /// the same choices, notes and errors.
 DensityVoxels read_density_voxels(const std::filesystem::path& path, const VdbReadOptions& options = {});

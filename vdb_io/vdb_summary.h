@@ -11,7 +11,7 @@ namespace pileus {
 /// What a density grid looks like from outside: enough to frame it and to choose an extinction for it.
 struct GridSummary {
   std::string grid;          ///< the name of the grid that was read
-  Box3d bounds;              ///< world-space box of the active voxels, half a voxel around their centres [m]
+  Box3d bounds;              ///< world-space box of the voxels above 0, half a voxel around their centres [m]
   Vec3d voxel_size;          ///< edges of a voxel [m]
   double max_density = 0.0;  ///< [1]
   /// 95 % of the non-empty axis-parallel lines integrate to at most this, averaged over the axes [m]; 0 where

@@ -4,16 +4,16 @@
 #include <cmath>
 
 #include "lib/core/error.h"
+#include "vdb_io/columns.h"
 #include "vdb_io/diagnose.h"
-#include "vdb_io/openvdb/columns.h"
+#include "vdb_io/openvdb/grid_to_voxels.h"
 #include "vdb_io/openvdb/vdb_reader.h"
 #include "vdb_io/openvdb/volume_file.h"
 
 namespace pileus {
 namespace {
 
-ValueReport report_values(const std::filesystem::path& path, const GridReport& report,
-                          const openvdb::FloatGrid& grid) {
+ValueReport report_values(const GridReport& report, openvdb::FloatGrid& grid) {
   const ValueCounts counts = count_values(grid);
   ValueReport values;
   values.background = grid.background();
@@ -25,7 +25,7 @@ ValueReport report_values(const std::filesystem::path& path, const GridReport& r
   values.inactive_nonzero = counts.inactive_nonzero;
   values.memory_bytes = grid.memUsage();
   if (report.entry.grid_class != "level set") {
-    const auto columns = integrate_columns(grid, world_from_index(path, grid));
+    const auto columns = integrate_columns(voxels_of(grid));
     if (columns) values.max_column = columns->max();
   }
   return values;
@@ -79,7 +79,7 @@ void report_read_grid(const std::filesystem::path& path, const VdbDirectory& dir
   report.structure = structure_of(*grid);
   report.voxel_size = voxel_edges(world_from_index(path, *grid));
   if (const openvdb::FloatGrid::Ptr scalar = as_float(grid))
-    report.values = report_values(path, report, *scalar);
+    report.values = report_values(report, *scalar);
 }
 
 GridReport report_grid(const std::filesystem::path& path, const VdbDirectory& directory,
@@ -96,7 +96,7 @@ GridReport report_grid(const std::filesystem::path& path, const VdbDirectory& di
       report.voxel_size = voxel_edges(world_from_index(path, *read_grid_without_voxels(path, entry)));
     }
     if (entry.is_scalar())
-      report.values = report_values(path, report, *read_scalar_grid(path, directory, entry));
+      report.values = report_values(report, *read_scalar_grid(path, directory, entry));
     if (entry.value_type == "vec3s" || entry.value_type == "vec3d")
       report.vectors = report_vectors(*read_vdb_grid(path, directory, entry));
   } catch (const Error& error) {

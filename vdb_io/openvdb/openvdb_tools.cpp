@@ -7,47 +7,27 @@
 #include "vdb_io/openvdb/carried_volume.h"
 #include "vdb_io/openvdb/cloud_grids.h"
 #include "vdb_io/openvdb/grid_to_field.h"
+#include "vdb_io/openvdb/grid_to_voxels.h"
 #include "vdb_io/openvdb/vdb_reader.h"
 #include "vdb_io/openvdb/vdb_writer.h"
-#include "vdb_io/volumes/reading_notes.h"
 
 namespace pileus {
 namespace {
 
-class LoadedGrid final : public LoadedDensity, public ReadingNotes {
- public:
-  LoadedGrid(DensityGrid density, const Affine& world_from_object)
-      : m_grid(std::move(density.grid)),
-        m_notes(std::move(density.notes)),
-        m_world_from_object(world_from_object) {}
-
-  std::vector<std::string> notes() const override { return m_notes; }
-
-  std::shared_ptr<const DensityField> build() const override {
-    return field_from_grid(m_grid, m_world_from_object);
-  }
-
- private:
-  openvdb::FloatGrid::ConstPtr m_grid;
-  std::vector<std::string> m_notes;
-  Affine m_world_from_object;
-};
-
 class Tools final : public OpenVdbTools {
  public:
-  std::unique_ptr<LoadedDensity> load_density(const std::filesystem::path& path,
-                                              const VdbReadOptions& options,
-                                              const Affine& world_from_object) const override {
-    return std::make_unique<LoadedGrid>(read_density_grid(path, options), world_from_object);
+  DensityVoxels read_density(const std::filesystem::path& path,
+                             const VdbReadOptions& options) const override {
+    DensityGrid density = read_density_grid(path, options);
+    DensityVoxels result{voxels_of(*density.grid), std::move(density.source), std::move(density.notes)};
+    result.voxels.counts = density.values;
+    result.voxels.owner = density.grid;
+    return result;
   }
 
   std::shared_ptr<const DensityField> build_cloud_field(const ProceduralCloud& cloud,
                                                         const CloudGridOptions& options) const override {
     return field_from_grid(build_cloud(cloud, options), Affine());
-  }
-
-  GridSummary summarize_density(const std::filesystem::path& path, const std::string& grid) const override {
-    return pileus::summarize_density(path, grid);
   }
 
   VdbReport inspect_vdb(const std::filesystem::path& path, const std::string& grid) const override {

@@ -7,13 +7,11 @@
 #include <vector>
 
 #include "lib/cloud/procedural_cloud.h"
-#include "lib/math/affine.h"
-#include "lib/scene/medium.h"
 #include "vdb_io/cloud_file.h"
 #include "vdb_io/conversion.h"
+#include "vdb_io/density_voxels.h"
 #include "vdb_io/inspect.h"
 #include "vdb_io/read_options.h"
-#include "vdb_io/vdb_summary.h"
 #include "vdb_io/written_grid.h"
 
 // What libpileus and libpileus_openvdb say to each other. OpenVDB's library holds 60,000 addresses that every
@@ -26,14 +24,12 @@ inline constexpr const char* kOpenVdbFile = "libpileus_openvdb.so";
 /// What the library does. Errors are thrown as Error, as everywhere: it is linked with libpileus.
 class OpenVdbTools {
  public:
-  /// read_density_grid, for a volume at its place. errors: those, and later those of field_from_grid
-  virtual std::unique_ptr<LoadedDensity> load_density(const std::filesystem::path& path,
-                                                      const VdbReadOptions& options,
-                                                      const Affine& world_from_object) const = 0;
+  /// read_density_grid
+  virtual DensityVoxels read_density(const std::filesystem::path& path,
+                                     const VdbReadOptions& options) const = 0;
   /// build_cloud, as a field in world space
   virtual std::shared_ptr<const DensityField> build_cloud_field(const ProceduralCloud& cloud,
                                                                 const CloudGridOptions& options) const = 0;
-  virtual GridSummary summarize_density(const std::filesystem::path& path, const std::string& grid) const = 0;
   virtual VdbReport inspect_vdb(const std::filesystem::path& path, const std::string& grid) const = 0;
   virtual std::vector<WrittenGrid> write_cloud_file(const CloudFile& file, CloudFileWatch& watch) const = 0;
   /// carry_volume; then, after calling before_writing, write_carried

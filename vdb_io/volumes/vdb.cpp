@@ -19,8 +19,6 @@
 
 #include "lib/scene/medium.h"
 #include "vdb_io/density_voxels.h"
-#include "vdb_io/load_openvdb.h"
-#include "vdb_io/volume_format.h"
 #include "vdb_io/volumes/reading_notes.h"
 
 namespace pileus {
@@ -66,9 +64,7 @@ struct VdbVolume final : Medium {
   std::unique_ptr<LoadedDensity> load() const override {
     const VdbReadOptions options{grid, level_set == "fog" ? LevelSetPolicy::to_fog : LevelSetPolicy::refuse,
                                  nan == "zero" ? BadValuePolicy::to_zero : BadValuePolicy::refuse};
-    if (volume_format(file) == VolumeFormat::vdb)
-      return std::make_unique<LoadedVoxels>(read_density_voxels(file, options), world_from_object());
-    return load_openvdb().load_density(file, options, world_from_object());
+    return std::make_unique<LoadedVoxels>(read_density(file, options), world_from_object());
   }
 
   std::shared_ptr<const DensityField> build(const FreeForms&) const override { return load()->build(); }

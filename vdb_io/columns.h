@@ -4,9 +4,8 @@
 #include <optional>
 #include <vector>
 
-#include <openvdb/openvdb.h>
-
-#include "lib/math/affine.h"
+#include "lib/math/vec.h"
+#include "vdb_io/grid_voxels.h"
 
 namespace pileus {
 
@@ -15,6 +14,7 @@ namespace pileus {
 struct Columns {
   /// Per index axis: the non-empty columns, sorted.
   std::array<std::vector<double>, 3> sorted;
+  Box3i bounds;  ///< of the voxels above 0, both ends inclusive; empty where there are none
 
   double max() const;
   /// The column that `fraction` of the non-empty ones do not exceed, averaged over the axes.
@@ -22,7 +22,7 @@ struct Columns {
 };
 
 /// Non-finite and negative values count as 0.
-///   returns: nothing where a face of the active bounds has more than 2^24 voxels: too many lines to hold
-std::optional<Columns> integrate_columns(const openvdb::FloatGrid& grid, const Affine& world_from_index);
+///   returns: nothing where a face of the box of all leaves and tiles has more than 2^24 voxels
+std::optional<Columns> integrate_columns(const GridVoxels& voxels);
 
 }  // namespace pileus
