@@ -143,9 +143,20 @@ class ExactTile {
     if (!m_plan.surface_shadows || !m_plan.scattering) return;
     for (const auto& light : m_world.lights) {
       for (const auto& shape : m_world.shapes)
-        if (shape->casts_shadow()) shape->append_shadow_edges(ray, *light, m_cuts);
+        if (shape->casts_shadow()) add_edges(ray, segment, *shape, *light);
     }
     std::erase_if(m_cuts, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
+  }
+
+  /// Where holes throw their light is not known: the stretch that the shape may shade is cut so often that
+  /// those as long as a cut are not overlooked.
+  void add_edges(const Ray& ray, Segment segment, const Shape& shape, const Light& light) {
+    constexpr int kCuts = 64;
+    shape.append_shadow_edges(ray, light, m_cuts);
+    if (!shape.has_holes()) return;
+    const Segment range = media_range(m_world, ray, segment);
+    for (int i = 1; i < kCuts && std::isfinite(range.length()); ++i)
+      m_cuts.push_back(range.t0 + range.length() * i / kCuts);
   }
 
   /// What shows of the end of the ray is dimmed, and the fog in front of it is added.
@@ -320,16 +331,17 @@ class ExactTile {
   void add_light(size_t l, const Vec3d& p, const Vec3d& wo, double sigma_t, double enough_tau, Rgb& sum) {
     const Light& light = *m_world.lights[l];
     const Illumination here = light.at(p);
-    const double tau = depth_to_light(
+    const LightWay way = way_to_light(
         m_world, m_plan, p, here, counters,
         [&](const Ray& shadow, Segment segment) { return media_depth(shadow, segment, enough_tau); });
-    if (!std::isfinite(tau)) return;
+    if (!(way.passed > 0.0)) return;
     for (size_t m = 0; m < m_world.media.size(); ++m) {
       const WorldMedium& medium = m_world.media[m];
       if (!light.is_directional()) set_weights(medium, wo, here, m_here);
       const std::span<const Rgb> weight = light.is_directional() ? weights(m, l) : std::span(m_here);
       for (size_t i = 0; i < medium.scattering.size(); ++i) {
-        sum += weight[i] * (transmittance(medium.scattering[i].extinction * tau) * m_share[m] / sigma_t);
+        sum += weight[i] * (way.passed * transmittance(medium.scattering[i].extinction * way.depth) *
+                            m_share[m] / sigma_t);
       }
     }
   }

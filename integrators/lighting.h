@@ -30,20 +30,30 @@ struct TraceCounters {
   uint64_t samples() const { return camera.density_samples + shadow.density_samples; }
 };
 
-/// The optical depth between p and a light: infinite behind a solid, else that of the media.
+/// What light meets on its way to a point.
+struct LightWay {
+  double passed = 1.0;  ///< share that solids let through
+  double depth = 0.0;   ///< optical depth of the media; not looked for behind solids
+};
+
+/// The way between p and a light.
 /// `media_depth(ray, segment)` is how the integrator at hand measures it; `seen`: how fine shadows show.
 template <class MediaDepth>
-double depth_to_light(const World& world, const EffectPlan& plan, const Vec3d& p, const Illumination& light,
+LightWay way_to_light(const World& world, const EffectPlan& plan, const Vec3d& p, const Illumination& light,
                       TraceCounters& counters, MediaDepth&& media_depth, const RaySight& seen = {}) {
   const Ray ray{p, light.wi};
   const Segment segment{0.0, light.distance};
+  LightWay way;
   if (plan.surface_shadows) {
     ++counters.surface_shadow_rays;
-    if (is_occluded(world, ray, segment, seen)) return std::numeric_limits<double>::infinity();
+    if (is_occluded(world, ray, segment, seen)) return {0.0};
+    if (plan.holes) way.passed = light_through_holes(world, ray, segment, seen, counters.texture_lookups);
+    if (!(way.passed > 0.0)) return way;
   }
-  if (!plan.media_shadows) return 0.0;
+  if (!plan.media_shadows) return way;
   ++counters.media_shadow_rays;
-  return media_depth(ray, segment);
+  way.depth = media_depth(ray, segment);
+  return way;
 }
 
 /// The stretch of a ray in which media can be; empty where there is none.

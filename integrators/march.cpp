@@ -340,8 +340,12 @@ class MarchTracer final : public Tracer {
     uint64_t shadow_rays = 0;
     for (size_t first = 0; first < packet.jobs.size(); first += kPacketRays) {
       const size_t count = std::min(kPacketRays, packet.jobs.size() - first);
-      shadow_rays += m_shadows->find(std::span(packet.jobs).subspan(first, count),
-                                     std::span(packet.lit).subspan(first * suns, count * suns));
+      const std::span<MarchRay> rays = std::span(packet.jobs).subspan(first, count);
+      if (m_plan.holes && m_shadows->is_dappled(rays)) {
+        packet.dappled.resize(packet.jobs.size());
+        std::fill_n(packet.dappled.begin() + std::ptrdiff_t(first), count, char(1));
+      }
+      shadow_rays += m_shadows->find(rays, std::span(packet.lit).subspan(first * suns, count * suns));
     }
     return shadow_rays;
   }
@@ -394,7 +398,9 @@ class MarchTracer final : public Tracer {
     result.error = kEstimateSafety * marched.error + cache_error + haze_error + stop_error + value_error;
     if (m_plan.secondary_rays()) result.error += passed * packet.behind_error[i];
     if (m_plan.fog) result.error += (1.0 - passed) * packet.fog_errors[i];
-    if (m_hazes.any() && !packet.hazes[i].is_readable) result.error = std::numeric_limits<double>::infinity();
+    const bool is_unreadable = m_hazes.any() && !packet.hazes[i].is_readable,
+               is_dappled = !packet.dappled.empty() && packet.dappled[i];
+    if (is_unreadable || is_dappled) result.error = std::numeric_limits<double>::infinity();
     result.samples = marched.samples + marched.lookups;
     return result;
   }

@@ -60,6 +60,7 @@ struct MarchPacket {
   std::vector<Rgb> behind;                    ///< radiance from the end of each ray
   std::vector<double> behind_error;           ///< what rays that go on from there err; none without surfaces
   std::vector<std::vector<Segment>> lit;      ///< [ray][sun]; none where no solid shades a medium
+  std::vector<char> dappled;                  ///< rays that solids with holes may shade; empty: none
   std::optional<RayFog> fog;                  ///< of the present ray; none where the world has none
   bool are_from_camera = true;
   std::vector<MarchFog> fogs;          ///< of each ray

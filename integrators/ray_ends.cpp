@@ -111,6 +111,9 @@ void RayEnds::light_points(std::span<const Ray> rays, std::span<const std::optio
     find_occluded(m_world, shadows, segments, sights, occluded);
     for (size_t n = 0; n < asked.size(); ++n) {
       if (occluded[n]) asked[n]->irradiance = Rgb(0.0);
+      if (m_plan.holes && !occluded[n])
+        asked[n]->irradiance *=
+            light_through_holes(m_world, shadows[n], segments[n], sights[n], counters.texture_lookups);
     }
   }
 }

@@ -46,8 +46,8 @@ class RayEnds {
     for (const auto& light : m_world.lights) {
       Illumination here = light->at(point.p);
       if (dot(point.n, here.wi) <= 0.0) continue;  // from behind: nothing of it shows
-      here.irradiance *=
-          transmittance(depth_to_light(m_world, m_plan, point.p, here, counters, media_depth, shadows));
+      const LightWay way = way_to_light(m_world, m_plan, point.p, here, counters, media_depth, shadows);
+      here.irradiance *= way.passed * transmittance(way.depth);
       lights.push_back(here);
     }
     return radiance(ray, *hit, path, passed, point, lights, counters, go_on);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 
 #include "lib/math/beam.h"
@@ -20,10 +21,17 @@ void append(Segment stretch, std::vector<Segment>& lit) {
   }
 }
 
+bool are_none(const std::vector<std::vector<const Shape*>>& casters) {
+  return std::all_of(casters.begin(), casters.end(), [](const auto& of_light) { return of_light.empty(); });
+}
+
 }  // namespace
 
 SolidShadows::SolidShadows(const World& world, double least_depth)
-    : m_world(world), m_least_depth(least_depth), m_casters(world.lights.size()) {
+    : m_world(world),
+      m_least_depth(least_depth),
+      m_casters(world.lights.size()),
+      m_holed_casters(world.lights.size()) {
   for (size_t light = 0; light < world.lights.size(); ++light) {
     m_towards_suns.push_back(world.lights[light]->at(Vec3d(0.0)).wi);
     for (const auto& shape : world.shapes) {
@@ -31,33 +39,47 @@ SolidShadows::SolidShadows(const World& world, double least_depth)
       const bool shades = std::any_of(world.media.begin(), world.media.end(), [&](const WorldMedium& medium) {
         return shape->may_shadow(medium.density->bounds(), m_towards_suns[light]);
       });
-      if (shades) m_casters[light].push_back(shape.get());
+      if (shades) (shape->has_holes() ? m_holed_casters : m_casters)[light].push_back(shape.get());
     }
-    m_any |= !m_casters[light].empty();
+    m_any |= !m_casters[light].empty() || !m_holed_casters[light].empty();
   }
+}
+
+bool SolidShadows::is_dappled(std::span<const MarchRay> packet) const {
+  return !are_none(m_holed_casters) && !are_none(casters_of(packet, m_holed_casters));
 }
 
 uint64_t SolidShadows::find(std::span<MarchRay> packet, std::span<std::vector<Segment>> lit) const {
   const size_t lights = m_casters.size();
-  const Casters casters = casters_of(packet);
-  if (std::all_of(casters.begin(), casters.end(), [](const auto& of_light) { return of_light.empty(); }))
-    return 0;
+  const Casters casters = casters_of(packet, m_casters);
+  if (are_none(casters)) return 0;
+  std::vector<Segment> inside;
+  Segment hull{kInfinity, 0.0};
+  for (const MarchRay& job : packet) {
+    inside.push_back(inside_media(job.ray, job.segment));
+    if (!inside.back().empty())
+      hull = {std::min(hull.t0, inside.back().t0), std::max(hull.t1, inside.back().t1)};
+  }
+  std::vector<std::vector<PacketCaster>> of_packet(lights);
+  for (size_t light = 0; light < lights; ++light) {
+    for (const Shape* shape : casters[light])
+      of_packet[light].push_back(caster_of(*shape, light, packet, hull));
+  }
   uint64_t shadow_rays = 0;
   for (size_t i = 0; i < packet.size(); ++i) {
     MarchRay& job = packet[i];
     job.lit = lit.data() + i * lights;
-    const Segment inside = inside_media(job.ray, job.segment);
     for (size_t light = 0; light < lights; ++light) {
       std::vector<Segment>& own = lit[i * lights + light];
       own.clear();
-      if (!inside.empty()) append_lit({job.ray, light, casters[light], own, shadow_rays}, inside);
+      if (!inside[i].empty()) append_lit({job.ray, light, of_packet[light], own, shadow_rays}, inside[i]);
     }
   }
   return shadow_rays;
 }
 
-/// The shapes that may shade some medium where the rays of a packet pass through it.
-SolidShadows::Casters SolidShadows::casters_of(std::span<const MarchRay> packet) const {
+/// Those of all casters that may shade some medium where the rays of a packet pass through it.
+SolidShadows::Casters SolidShadows::casters_of(std::span<const MarchRay> packet, const Casters& all) const {
   Beam beam;
   double t0 = kInfinity, t1 = 0.0;
   for (const MarchRay& job : packet) {
@@ -71,9 +93,9 @@ SolidShadows::Casters SolidShadows::casters_of(std::span<const MarchRay> packet)
     const Segment seen{std::max(inside.t0, t0), std::min(inside.t1, t1)};
     if (!seen.empty()) seen_boxes.push_back(beam.box(seen.t0, seen.t1));
   }
-  Casters casters(m_casters.size());
-  for (size_t light = 0; light < m_casters.size(); ++light) {
-    for (const Shape* shape : m_casters[light]) {
+  Casters casters(all.size());
+  for (size_t light = 0; light < all.size(); ++light) {
+    for (const Shape* shape : all[light]) {
       const bool shades = std::any_of(seen_boxes.begin(), seen_boxes.end(), [&](const Box3d& box) {
         return shape->may_shadow(box, m_towards_suns[light]);
       });
@@ -81,6 +103,29 @@ SolidShadows::Casters SolidShadows::casters_of(std::span<const MarchRay> packet)
     }
   }
   return casters;
+}
+
+/// Where a whole packet is in the sun can be seen at once: the beams of shadow rays that leave it between two
+/// t.
+SolidShadows::PacketCaster SolidShadows::caster_of(const Shape& shape, size_t light,
+                                                   std::span<const MarchRay> packet, Segment media) const {
+  PacketCaster caster{&shape, {}};
+  if (!shape.knows_clear_distance() || !std::isfinite(media.length())) return caster;
+  constexpr int kHalvings = 6;
+  std::vector<Ray> beam(2 * packet.size());
+  const std::function<void(Segment, int)> look = [&](Segment stretch, int halvings) {
+    for (size_t i = 0; i < packet.size(); ++i) {
+      beam[2 * i] = {packet[i].ray.at(stretch.t0), m_towards_suns[light]};
+      beam[2 * i + 1] = {packet[i].ray.at(stretch.t1), m_towards_suns[light]};
+    }
+    if (std::isinf(shape.clear_distance(beam))) return append(stretch, caster.clear);
+    if (halvings == 0) return;
+    const double middle = 0.5 * (stretch.t0 + stretch.t1);
+    look({stretch.t0, middle}, halvings - 1);
+    look({middle, stretch.t1}, halvings - 1);
+  };
+  look(media, kHalvings);
+  return caster;
 }
 
 /// The part of a segment that has all media in it.
@@ -119,8 +164,8 @@ void SolidShadows::append_ends(const LitRay& to, Segment segment, std::vector<do
 void SolidShadows::append_lit(const LitRay& to, Segment segment) const {
   std::vector<double> edges;
   bool has_all = true;
-  for (const Shape* shape : to.casters)
-    has_all &= shape->append_shadow_edges(to.ray, *m_world.lights[to.light], edges);
+  for (const PacketCaster& caster : to.casters)
+    has_all &= caster.shape->append_shadow_edges(to.ray, *m_world.lights[to.light], edges);
   if (!has_all) append_ends(to, segment, edges);
   std::erase_if(edges, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
   edges.push_back(segment.t1);
@@ -165,10 +210,14 @@ void SolidShadows::append_lit_between(const LitRay& to, Segment segment) const {
 }
 
 bool SolidShadows::is_lit(const LitRay& to, double t) const {
-  ++to.shadow_rays;
   const Ray shadow{to.ray.at(t), m_towards_suns[to.light]};
-  return std::none_of(to.casters.begin(), to.casters.end(), [&](const Shape* shape) {
-    return shape->intersect(shadow, {0.0, kInfinity}).has_value();
+  return std::none_of(to.casters.begin(), to.casters.end(), [&](const PacketCaster& caster) {
+    const bool is_clear = std::any_of(caster.clear.begin(), caster.clear.end(), [&](const Segment& stretch) {
+      return t >= stretch.t0 && t <= stretch.t1;
+    });
+    if (is_clear) return false;
+    ++to.shadow_rays;
+    return caster.shape->intersect(shadow, {0.0, kInfinity}).has_value();
   });
 }
 

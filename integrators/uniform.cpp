@@ -162,16 +162,17 @@ class UniformTile {
     Rgb sum(0.0);
     for (const auto& light : m_world.lights) {
       const Illumination here = light->at(p);
-      const double tau =
-          depth_to_light(m_world, m_plan, p, here, counters,
-                         [&](const Ray& shadow, Segment segment) { return media_depth(shadow, segment); });
-      if (!std::isfinite(tau)) continue;
+      const LightWay way =
+          way_to_light(m_world, m_plan, p, here, counters,
+                       [&](const Ray& shadow, Segment segment) { return media_depth(shadow, segment); });
+      if (!(way.passed > 0.0)) continue;
       for (size_t m = 0; m < m_world.media.size(); ++m) {
         const WorldMedium& medium = m_world.media[m];
         const double sigma_t = medium.extinction * m_view.rho(m, i), phase = medium.phase->p(wo, here.wi);
         for (const ScatterTerm& term : medium.scattering) {
-          sum += medium.albedo * here.irradiance *
-                 (sigma_t * transmittance(term.extinction * tau) * phase_weight(term, phase));
+          sum +=
+              medium.albedo * here.irradiance *
+              (way.passed * sigma_t * transmittance(term.extinction * way.depth) * phase_weight(term, phase));
         }
       }
     }

@@ -7,7 +7,7 @@
 // What must agree between the program and a plugin library for virtual calls and shared types to mean the
 // same: the plugin interface's own version (raise it with every change of an interface header), the C++ ABI
 // of the compiler and its standard library, and Imath's, whose types cross the border.
-#define PILEUS_PLUGIN_INTERFACE_VERSION 6
+#define PILEUS_PLUGIN_INTERFACE_VERSION 7
 
 #define PILEUS_STRINGIFY_(x) #x
 #define PILEUS_STRINGIFY(x) PILEUS_STRINGIFY_(x)

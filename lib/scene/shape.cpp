@@ -5,6 +5,9 @@
 
 #include "lib/core/param_table.h"
 #include "lib/math/box.h"
+#include "lib/math/offset_point.h"
+#include "lib/scene/texture.h"
+#include "lib/texture/texture_filter.h"
 
 namespace pileus {
 
@@ -23,6 +26,24 @@ bool Shape::may_shadow(const Box3d& box, const Vec3d& towards_sun) const {
   if (!std::isfinite(half.length2())) return true;
   const Box3d grown(solid.min - half, solid.max + half);
   return !clip_to_box({center, towards_sun}, {0.0, std::numeric_limits<double>::infinity()}, grown).empty();
+}
+
+double Shape::light_through(Ray ray, Segment segment, const RaySight& seen, uint64_t& crossings) const {
+  constexpr double kLeast = 1e-6;  // of the light, below which nothing counts
+  constexpr int kMostCrossings = 1024;
+  double passed = 1.0;
+  for (int i = 0; i < kMostCrossings; ++i) {
+    const auto hit = intersect_seen(ray, segment, seen);
+    if (!hit) return passed;
+    ++crossings;
+    const Vec3d p = ray.at(hit->t);
+    const SurfaceArea area = seen_area(hit->n, -ray.d, seen.width_at(hit->t));
+    passed *= 1.0 - shader->opacity_at({p, hit->n, area.a, area.b});
+    if (!(passed > kLeast)) return 0.0;
+    ray.o = offset_point(p, -hit->n, hit->error);
+    segment = {0.0, segment.t1 - hit->t};
+  }
+  return 0.0;
 }
 
 }  // namespace pileus

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstdint>
 #include <memory>
 #include <optional>
 #include <span>
@@ -70,11 +71,15 @@ struct Shape : Plugin {
   }
 
   /// A distance before which none of the rays, which are neighbours, meets the shape [m]; infinite where none
-  /// meets it at all. Asked once for many rays: worth more than it costs where a form has it cheaply.
+  /// meets it at all. Holds for all rays between them, too: means of theirs. Asked once for many rays: worth
+  /// more than it costs where a form has it cheaply.
   virtual double clear_distance(std::span<const Ray> rays) const {
     (void)rays;
     return 0.0;
   }
+
+  /// True where clear_distance() tells anything.
+  virtual bool knows_clear_distance() const { return false; }
 
   /// Appends every t at which the ray may cross the edge of the shadow that this shape casts from the light:
   /// the in-scattered light jumps there, and a quadrature that knows where need not search. False where there
@@ -84,8 +89,16 @@ struct Shape : Plugin {
     return false;
   }
 
-  /// False where light passes: what is transparent throws no shadow.
+  /// False where all light passes: what is transparent throws no shadow.
   bool casts_shadow() const { return !shader || !shader->is_transparent(); }
+
+  /// True where some light passes on its way from lamps, and light_through() tells how much.
+  bool has_holes() const { return shader && casts_shadow() && shader->has_holes(); }
+
+  /// Share of the light of a ray that the surface lets through where the ray crosses it in the segment, by
+  /// the opacity of its textures; each crossing counts. Counts them, too.
+  ///   seen: pixels are as wide as textures are averaged over
+  double light_through(Ray ray, Segment segment, const RaySight& seen, uint64_t& crossings) const;
 
   /// World-space box [m]; may be infinite.
   virtual Box3d bounds() const = 0;

@@ -21,16 +21,26 @@ RaySight with_clear(RaySight seen, std::span<const double> clear, size_t number)
   return seen;
 }
 
+/// Where it is, no light passes.
+bool casts_whole_shadow(const Shape& shape) {
+  return shape.casts_shadow() && !shape.has_holes();
+}
+
 }  // namespace
 
 ShapeIndex::ShapeIndex(std::vector<const Shape*> shapes) : m_shapes(std::move(shapes)) {
-  std::vector<Box3d> boxes;
+  std::vector<Box3d> boxes, boxes_with_holes;
   for (size_t i = 0; i < m_shapes.size(); ++i) {
     const Box3d box = m_shapes[i]->bounds();
     if (box.isEmpty()) continue;
+    if (m_shapes[i]->has_holes()) {
+      if (is_finite(box)) boxes_with_holes.push_back(box);
+      (is_finite(box) ? m_with_holes : m_endless_with_holes).push_back(m_shapes[i]);
+    }
     if (is_finite(box)) boxes.push_back(box);
     (is_finite(box) ? m_indexed : m_alone).push_back(i);
   }
+  m_boxes_with_holes = BoxIndex(boxes_with_holes);
   if (m_indexed.size() > kFew) {
     m_boxes = BoxIndex(boxes);
   } else {
@@ -108,7 +118,7 @@ void ShapeIndex::clear_distances(std::span<const Ray> rays, std::vector<double>&
 bool ShapeIndex::is_occluded(const Ray& ray, Segment segment, const RaySight& seen) const {
   for (const size_t number : m_alone) {
     const Shape& shape = *m_shapes[number];
-    if (shape.intersect_seen(ray, segment, seen).has_value() && shape.casts_shadow()) return true;
+    if (shape.intersect_seen(ray, segment, seen).has_value() && casts_whole_shadow(shape)) return true;
   }
   return is_occluded_by_indexed(ray, segment, seen);
 }
@@ -117,7 +127,7 @@ bool ShapeIndex::is_occluded_by_indexed(const Ray& ray, Segment segment, const R
   bool occluded = false;
   m_boxes.visit(ray, segment, [&](size_t box, double&) {
     const Shape& shape = *m_shapes[m_indexed[box]];
-    occluded = shape.intersect_seen(ray, segment, seen).has_value() && shape.casts_shadow();
+    occluded = shape.intersect_seen(ray, segment, seen).has_value() && casts_whole_shadow(shape);
     return !occluded;
   });
   return occluded;
@@ -127,12 +137,25 @@ void ShapeIndex::find_occluded(std::span<const Ray> rays, std::span<const Segmen
                                std::span<const RaySight> seen, std::span<char> occluded) const {
   std::fill(occluded.begin(), occluded.end(), char(0));
   for (const size_t number : m_alone) {
-    if (m_shapes[number]->casts_shadow()) m_shapes[number]->find_met(rays, segments, seen, occluded);
+    if (casts_whole_shadow(*m_shapes[number])) m_shapes[number]->find_met(rays, segments, seen, occluded);
   }
   if (m_indexed.empty()) return;
   for (size_t i = 0; i < rays.size(); ++i) {
     if (!occluded[i]) occluded[i] = is_occluded_by_indexed(rays[i], segments[i], seen[i]);
   }
+}
+
+double ShapeIndex::light_through_holes(const Ray& ray, Segment segment, const RaySight& seen,
+                                       uint64_t& crossings) const {
+  double passed = 1.0;
+  for (const Shape* shape : m_endless_with_holes)
+    passed *= shape->light_through(ray, segment, seen, crossings);
+  if (m_with_holes.empty()) return passed;
+  m_boxes_with_holes.visit(ray, segment, [&](size_t box, double&) {
+    passed *= m_with_holes[box]->light_through(ray, segment, seen, crossings);
+    return passed > 0.0;
+  });
+  return passed;
 }
 
 }  // namespace pileus

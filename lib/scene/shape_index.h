@@ -42,12 +42,16 @@ class ShapeIndex {
   /// Shape::clear_distance of each shape.
   void clear_distances(std::span<const Ray> rays, std::vector<double>& clear) const;
 
-  /// True where a shape that casts shadows stands in the segment.
+  /// True where a shape that casts shadows, and has no holes, stands in the segment.
   bool is_occluded(const Ray& ray, Segment segment, const RaySight& seen = {}) const;
 
   /// The same of neighbouring rays, together.
   void find_occluded(std::span<const Ray> rays, std::span<const Segment> segments,
                      std::span<const RaySight> seen, std::span<char> occluded) const;
+
+  /// Share of light that passes the shapes with holes in the segment; counts what it crosses.
+  double light_through_holes(const Ray& ray, Segment segment, const RaySight& seen,
+                             uint64_t& crossings) const;
 
  private:
   /// The nearest of the hits so far.
@@ -66,6 +70,8 @@ class ShapeIndex {
   std::vector<size_t> m_alone;    ///< numbers of shapes that are always asked
   std::vector<size_t> m_indexed;  ///< number of the shape of each box
   BoxIndex m_boxes;
+  std::vector<const Shape*> m_endless_with_holes, m_with_holes;  ///< without bounds; with
+  BoxIndex m_boxes_with_holes;                                   ///< of the latter
 };
 
 }  // namespace pileus

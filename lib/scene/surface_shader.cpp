@@ -15,4 +15,9 @@ bool SurfaceShader::has_holes() const {
   return (texture && !texture->is_opaque()) || (opacity_texture && !opacity_texture->is_opaque());
 }
 
+double SurfaceShader::opacity_at(const TexturedPoint& point) const {
+  const double own = texture ? texture->at(point).opacity : 1.0;
+  return opacity_texture ? own * opacity_texture->at(point).opacity : own;
+}
+
 }  // namespace pileus

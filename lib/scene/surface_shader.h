@@ -11,6 +11,7 @@
 namespace pileus {
 
 struct Texture;
+struct TexturedPoint;
 
 /// A point of a surface that is looked at.
 struct SurfacePoint {
@@ -46,6 +47,9 @@ struct SurfaceShader : Plugin {
 
   /// True where textures may let light pass through the surface.
   bool has_holes() const;
+
+  /// The product of what the textures say there, 0 .. 1.
+  double opacity_at(const TexturedPoint& point) const;
 
   /// Radiance leaving a point towards wo [W/(m2 sr)]. Each light's irradiance already carries the
   /// transmittance of what lies between.

@@ -207,7 +207,8 @@ void clear_distances(const World& world, std::span<const Ray> rays, std::vector<
 bool is_occluded(const World& world, const Ray& ray, Segment segment, const RaySight& seen) {
   if (world.index) return world.index->is_occluded(ray, segment, seen);
   return std::any_of(world.shapes.begin(), world.shapes.end(), [&](const auto& shape) {
-    return shape->intersect_seen(ray, segment, seen).has_value() && shape->casts_shadow();
+    return shape->casts_shadow() && !shape->has_holes() &&
+           shape->intersect_seen(ray, segment, seen).has_value();
   });
 }
 
@@ -215,6 +216,16 @@ void find_occluded(const World& world, std::span<const Ray> rays, std::span<cons
                    std::span<const RaySight> seen, std::span<char> occluded) {
   if (world.index) return world.index->find_occluded(rays, segments, seen, occluded);
   for (size_t i = 0; i < rays.size(); ++i) occluded[i] = is_occluded(world, rays[i], segments[i], seen[i]);
+}
+
+double light_through_holes(const World& world, const Ray& ray, Segment segment, const RaySight& seen,
+                           uint64_t& crossings) {
+  if (world.index) return world.index->light_through_holes(ray, segment, seen, crossings);
+  double passed = 1.0;
+  for (const auto& shape : world.shapes) {
+    if (shape->has_holes()) passed *= shape->light_through(ray, segment, seen, crossings);
+  }
+  return passed;
 }
 
 }  // namespace pileus

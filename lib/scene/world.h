@@ -68,11 +68,16 @@ void nearest_surfaces(const World& world, std::span<const Ray> rays, const RaySi
 /// What is clear before neighbouring rays, per shape; empty where nothing is known.
 void clear_distances(const World& world, std::span<const Ray> rays, std::vector<double>& clear);
 
-/// True where a solid stands in the segment: the shadow query of solids.
+/// True where a solid without holes stands in the segment: the shadow query of solids.
 bool is_occluded(const World& world, const Ray& ray, Segment segment, const RaySight& seen = {});
 
 /// The same of neighbouring rays, together.
 void find_occluded(const World& world, std::span<const Ray> rays, std::span<const Segment> segments,
                    std::span<const RaySight> seen, std::span<char> occluded);
+
+/// The shadow query of solids with holes: the share of light that passes all of them in the segment.
+///   crossings: grows by the number of surfaces whose textures were asked
+double light_through_holes(const World& world, const Ray& ray, Segment segment, const RaySight& seen,
+                           uint64_t& crossings);
 
 }  // namespace pileus

@@ -81,6 +81,7 @@ struct Terrain final : Shape {
     return intersect_seen(ray, segment, {});
   }
 
+  bool knows_clear_distance() const override { return true; }
   double clear_distance(std::span<const Ray> rays) const override {
     Beam beam;
     for (const Ray& ray : rays) {
