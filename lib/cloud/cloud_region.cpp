@@ -151,6 +151,7 @@ CloudRegion::CloudRegion(const ProceduralCloud& cloud, CloudBody::Local form, co
   const Interval before{formula.density(frayed.lo), formula.density(frayed.hi)};
   Interval factor = cloud.m_density_profile.range(height);
   if (cloud.m_texture) factor = product(factor, cloud.m_texture->range(box_world));
+  if (cloud.m_density_map) factor = product(factor, {0.0, 1.0});
   const bool is_plain = factor.lo == 1 && factor.hi == 1;
   if (!is_plain) factor = {factor.lo * (1 - kFactorError), factor.hi * (1 + kFactorError)};
   m_range = product(before, factor);
@@ -243,6 +244,9 @@ void CloudRegion::apply_factors(const PointLattice& points, std::span<float> rho
         rho[at] *= factor;
         if (cloud.m_texture && rho[at] > 0) {
           rho[at] *= float(cloud.m_texture->value(first + Vec3d(0, 0, points.step.z * k)));
+        }
+        if (cloud.m_density_map && rho[at] > 0) {
+          rho[at] *= float(cloud.m_density_map(first + Vec3d(0, 0, points.step.z * k)));
         }
       }
     }

@@ -1,5 +1,7 @@
 #include "lib/cloud/procedural_cloud.h"
 
+#include <utility>
+
 #include "lib/cloud/cloud_region.h"
 
 namespace pileus {
@@ -21,7 +23,7 @@ std::shared_ptr<const PictureMap> picture_map(const PictureMapRecipe& recipe, co
 
 }  // namespace
 
-ProceduralCloud::ProceduralCloud(const CloudRecipe& recipe, const CloudBody& form)
+ProceduralCloud::ProceduralCloud(const CloudRecipe& recipe, const CloudBody& form, DensityMap map)
     : m_recipe(recipe),
       m_shape(recipe, form),
       m_formula(recipe),
@@ -30,7 +32,8 @@ ProceduralCloud::ProceduralCloud(const CloudRecipe& recipe, const CloudBody& for
       m_noise(recipe.noise, frequency_of(recipe.noise, form)),
       m_detail(detail_noise(recipe, form)),
       m_coverage_map(picture_map(recipe.coverage_map, m_shape.bounds())),
-      m_texture(picture_map(recipe.texture, m_shape.bounds())) {}
+      m_texture(picture_map(recipe.texture, m_shape.bounds())),
+      m_density_map(std::move(map)) {}
 
 double ProceduralCloud::density(const Vec3d& p_world) const {
   const double f = m_shape.form().value(m_shape.form_point(p_world));
@@ -41,6 +44,7 @@ double ProceduralCloud::density(const Vec3d& p_world) const {
   if (coverage <= m_recipe.threshold) return 0;  // noise only takes away
   double rho = m_formula.density(frayed(coverage, p_world)) * m_density_profile.value(height);
   if (m_texture) rho *= m_texture->value(p_world);
+  if (m_density_map && rho > 0) rho *= m_density_map(p_world);
   return rho;
 }
 

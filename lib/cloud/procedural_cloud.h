@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <optional>
 
@@ -19,14 +20,17 @@ namespace pileus {
 ///   f        the free form at the point that CloudShape makes of p
 ///   factors  height_profile at the relative height, times the coverage map
 ///   n, d     the noises of the recipe (CloudNoise)
-/// times density_profile and texture. rho is 0 outside the shape and on its surface, and at most 1; it is
-/// continuous unless the falloff is hard. (Combined 2019, "clouds"; Amorphous 2015, "Texture".)
+/// times density_profile, texture and density map. rho is 0 outside the shape and on its surface, and at most
+/// 1; it is continuous unless the falloff is hard. (Combined 2019, "clouds"; Amorphous 2015, "Texture".)
 /// threads: const, safe from many threads
 class ProceduralCloud {
  public:
+  using DensityMap = std::function<double(const Vec3d& p_world)>;
+
   /// The recipe has passed its checks; the free form, or mesh, has finite bounds.
+  ///   map: a further factor by the place in world space, 0 .. 1, safe from many threads; or none
   /// errors: as PictureMap, where the recipe names pictures
-  ProceduralCloud(const CloudRecipe& recipe, const CloudBody& form);
+  ProceduralCloud(const CloudRecipe& recipe, const CloudBody& form, DensityMap map = {});
 
   /// rho at a point of world space [1], 0 <= rho <= 1; 0 where a coordinate is not finite.
   double density(const Vec3d& p_world) const;
@@ -59,6 +63,7 @@ class ProceduralCloud {
   CloudNoise m_noise;
   std::optional<CloudNoise> m_detail;
   std::shared_ptr<const PictureMap> m_coverage_map, m_texture;
+  DensityMap m_density_map;
 };
 
 }  // namespace pileus

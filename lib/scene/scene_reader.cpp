@@ -442,6 +442,8 @@ std::map<std::string, uint64_t> volume_keys(const std::filesystem::path& file,
       text << toml::node_view(volume);
       for (const std::string& form : forms_named_in(volume, root))
         text << form << root[FreeFormRecipe::kSection][form];
+      const auto texture = toml::node_view(volume)["density_texture"].value<std::string>();
+      if (texture) text << root[Texture::kKind][*texture];
     }
     if (text.str().find("beta_over_time") != std::string::npos) text << fmt::format("frame {}", frame);
     keys[std::string(name.str())] = hash_text(text.str());

@@ -23,6 +23,7 @@
 ///   edge             how far the fall-off reaches in, 1: up to the centre        0 .. 1, default 0.7
 ///   erosion          how deep the noise carves                                   0 .. 4, default 0.9
 ///   threshold        what is thinner than this is clear air                      0 .. 1, default 0.1
+///   density_texture  name of a [texture.NAME]: its luminance times its opacity multiplies the density
 ///   sharpness        steepness of the edges; the density saturates at 1          1 .. 100, default 8
 ///
 ///   [freeform.blob]
@@ -45,6 +46,7 @@
 #include "lib/freeform/free_form.h"
 #include "lib/geom/mesh_distance.h"
 #include "lib/geom/mesh_file.h"
+#include "lib/math/luminance.h"
 #include "vdb_io/load_openvdb.h"
 
 namespace pileus {
@@ -97,6 +99,8 @@ void CloudVolume::describe_density(ParamTable& params) {
       .at_most(1e15);
   recipe.describe(params);
   fields.describe(params);
+  params.object("density_texture", density_texture,
+                "its luminance times its opacity multiplies the density, averaged over a voxel");
 }
 
 void CloudVolume::commit(std::vector<std::string>& problems) {
@@ -121,9 +125,20 @@ std::shared_ptr<const DensityField> CloudVolume::build(const FreeForms& freeform
 }
 
 ProceduralCloud CloudVolume::cloud(const FreeForms& freeforms) const {
-  if (!mesh.empty()) return {recipe, CloudBody(read_closed_mesh(mesh, mesh_placement.world_from_object()))};
-  return {recipe, bounds.empty() ? cloud_preset_form(recipe.preset, center, size)
-                                 : find_free_form(freeforms, bounds)};
+  if (!mesh.empty()) {
+    return {recipe, CloudBody(read_closed_mesh(mesh, mesh_placement.world_from_object())), density_map()};
+  }
+  return {recipe,
+          bounds.empty() ? cloud_preset_form(recipe.preset, center, size) : find_free_form(freeforms, bounds),
+          density_map()};
+}
+
+ProceduralCloud::DensityMap CloudVolume::density_map() const {
+  if (!density_texture) return {};
+  return [texture = density_texture, width = voxel_size](const Vec3d& p) {
+    const TextureValue value = texture->at({p, {0.0, 1.0, 0.0}, {width, 0.0, 0.0}, {0.0, 0.0, width}});
+    return value.opacity * luminance(value.color);
+  };
 }
 
 CloudGridOptions CloudVolume::grid_options() const {

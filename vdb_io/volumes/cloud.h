@@ -9,6 +9,7 @@
 #include "lib/cloud/cloud_fields.h"
 #include "lib/cloud/procedural_cloud.h"
 #include "lib/scene/medium.h"
+#include "lib/scene/texture.h"
 #include "vdb_io/cloud_grid_options.h"
 
 namespace pileus {
@@ -24,6 +25,7 @@ struct CloudVolume final : Medium {
   double max_bytes = 0.0;
   CloudRecipe recipe;
   CloudFieldsRecipe fields;
+  std::shared_ptr<const Texture> density_texture;  ///< by which the density is multiplied; null: none
 
   static constexpr int64_t kMaxVoxels = int64_t(1) << 29;
 
@@ -37,6 +39,9 @@ struct CloudVolume final : Medium {
 
   /// How it is made into a grid in world space.
   CloudGridOptions grid_options() const;
+
+ private:
+  ProceduralCloud::DensityMap density_map() const;
 };
 
 }  // namespace pileus
