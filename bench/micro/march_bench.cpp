@@ -93,7 +93,7 @@ void BM_march(benchmark::State& state) {
     jobs.push_back(job);
   }
   std::vector<MarchResult> results(jobs.size());
-  std::vector<double> sums(jobs.size() * sums_per_grid(scene));
+  std::vector<double> sums(jobs.size() * scene.media() * sums_per_medium(scene));
   uint64_t samples = 0, leaps = 0;
   for (auto _ : state) {
     march_rays(scene, jobs, results, sums);
