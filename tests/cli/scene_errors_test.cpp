@@ -53,7 +53,7 @@ base = { ellipsoid = { center = [0, 1], radii = [1, 1, 1] } }
 scene.toml:7:15: error: light "sun": irradiance = -1 is out of range; expected >= 0
   irradiance = [-1, 0, 0]
                 ^
-scene.toml:9:8: error: volume "a": unknown volume type "elipsoid"; expected box, cloud, ellipsoid, height_fog or vdb; nearest: ellipsoid
+scene.toml:9:8: error: volume "a": unknown volume type "elipsoid"; expected box, cloud, ellipsoid, height_fog, instance or vdb; nearest: ellipsoid
   type = "elipsoid"
          ^
 scene.toml:12:29: error: volume "b": phase: g = 1.5 is out of range; expected -1 < g < 1
