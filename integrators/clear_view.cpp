@@ -43,7 +43,7 @@ bool is_clear(const MarchGrid& grid, const Beam& local) {
 }
 
 bool is_clear(const MarchScene& scene, std::span<const WorldMedium* const> media, const Beam& beam) {
-  const size_t looked_into = scene.places.empty() ? scene.grids.size() : 0;
+  const size_t looked_into = scene.places.empty() && scene.is_leaping ? scene.grids.size() : 0;
   for (size_t m = 0; m < looked_into; ++m) {
     const MarchGrid& grid = scene.grids[m];
     if (!is_clear(grid, seen_from(grid.local_from_world, beam))) return false;
