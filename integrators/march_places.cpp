@@ -20,13 +20,8 @@ constexpr Segment kAll{0.0, std::numeric_limits<double>::infinity()};
 
 /// The box in the world around a grid's bounds, larger by what rounding may do.
 Box3d world_box(const Box3d& bounds, const Affine& world_from_local) {
-  Box3d box;
-  if (bounds.isEmpty()) return box;
-  for (int n = 0; n < 8; ++n) {
-    const Vec3d corner(n & 1 ? bounds.max.x : bounds.min.x, n & 2 ? bounds.max.y : bounds.min.y,
-                       n & 4 ? bounds.max.z : bounds.min.z);
-    box.extendBy(world_from_local.point(corner));
-  }
+  const Box3d box = box_around(world_from_local, bounds);
+  if (box.isEmpty()) return box;
   const Vec3d margin(surface_error(length(box.min) + length(box.max)));
   return {box.min - margin, box.max + margin};
 }

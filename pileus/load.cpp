@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include "lib/core/error.h"
+#include "lib/math/box.h"
 #include "lib/scene/animation.h"
 #include "pileus/pileus.h"
 #include "vdb_io/vdb_summary.h"
@@ -98,17 +99,6 @@ std::string grid_override(const std::vector<std::string>& overrides) {
   return grid;
 }
 
-/// The box around a box that has been moved, turned or scaled.
-Box3d placed(const Box3d& box, const Affine& world_from_object) {
-  Box3d result;
-  for (int n = 0; n < 8; ++n) {
-    const Vec3d corner(n & 1 ? box.max.x : box.min.x, n & 2 ? box.max.y : box.min.y,
-                       n & 4 ? box.max.z : box.min.z);
-    result.extendBy(world_from_object.point(corner));
-  }
-  return result;
-}
-
 Scene load_bare_volume(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
   const GridSummary summary = summarize_density(file, grid_override(overrides));
   const auto seen_from = [&](const Vec3d& center, double distance) {
@@ -120,7 +110,7 @@ Scene load_bare_volume(const std::filesystem::path& file, const std::vector<std:
   // The framing depends on the picture's shape and on the volume's placement, which the overrides may set:
   // read them, then frame.
   const Scene unframed = seen_from(summary.bounds.center(), length(summary.bounds.size()));
-  const Box3d bounds = placed(summary.bounds, unframed.volumes.front().object->world_from_object());
+  const Box3d bounds = box_around(unframed.volumes.front().object->world_from_object(), summary.bounds);
   return seen_from(bounds.center(), framing_distance(bounds, unframed.render.size));
 }
 

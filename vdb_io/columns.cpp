@@ -84,7 +84,14 @@ class ColumnSums {
   std::array<std::vector<double>, 3> m_sums;
 };
 
-/// The box of all leaves and tiles.
+bool fits(const Box3i& box) {
+  const auto edge = [&](int axis) { return double(box.max[axis]) - double(box.min[axis]) + 1.0; };
+  return edge(0) * edge(1) <= kMostColumns && edge(1) * edge(2) <= kMostColumns &&
+         edge(2) * edge(0) <= kMostColumns;
+}
+
+}  // namespace
+
 Box3i box_of(const GridVoxels& voxels) {
   Box3i box;
   const auto add = [&](const Vec3i& origin, int size) {
@@ -95,14 +102,6 @@ Box3i box_of(const GridVoxels& voxels) {
   for (const VoxelTile& tile : voxels.tiles) add(tile.origin, tile.size);
   return box;
 }
-
-bool fits(const Box3i& box) {
-  const auto edge = [&](int axis) { return double(box.max[axis]) - double(box.min[axis]) + 1.0; };
-  return edge(0) * edge(1) <= kMostColumns && edge(1) * edge(2) <= kMostColumns &&
-         edge(2) * edge(0) <= kMostColumns;
-}
-
-}  // namespace
 
 double Columns::max() const {
   double largest = 0.0;

@@ -21,6 +21,9 @@ struct Columns {
   double quantile(double fraction) const;
 };
 
+/// The box of all leaves and tiles, both ends inclusive.
+Box3i box_of(const GridVoxels& voxels);
+
 /// Non-finite and negative values count as 0.
 ///   returns: nothing where a face of the box of all leaves and tiles has more than 2^24 voxels
 std::optional<Columns> integrate_columns(const GridVoxels& voxels);

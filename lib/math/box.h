@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "lib/math/affine.h"
 #include "lib/math/ray.h"
 #include "lib/math/vec.h"
 
@@ -23,6 +24,18 @@ inline Segment clip_to_box(const Ray& ray, Segment segment, const Box3d& box) {
     segment.t1 = std::min(segment.t1, far);
   }
   return segment;
+}
+
+/// The box around a box that is moved, turned or stretched, but for rounding; empty where that is.
+inline Box3d box_around(const Affine& placed_from_box, const Box3d& box) {
+  Box3d result;
+  if (box.isEmpty()) return result;
+  for (int n = 0; n < 8; ++n) {
+    const Vec3d corner(n & 1 ? box.max.x : box.min.x, n & 2 ? box.max.y : box.min.y,
+                       n & 4 ? box.max.z : box.min.z);
+    result.extendBy(placed_from_box.point(corner));
+  }
+  return result;
 }
 
 }  // namespace pileus

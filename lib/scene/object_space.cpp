@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "lib/math/box.h"
 #include "lib/math/offset_point.h"
 
 namespace pileus {
@@ -52,14 +53,11 @@ std::optional<SurfaceHit> ObjectSpace::to_world(const Ray& ray, Segment segment,
 
 Box3d ObjectSpace::world_box(const Box3d& box) const {
   if (box.isEmpty()) return box;
-  Box3d result;
-  double reach = 0.0;
-  for (int k = 0; k < 8; ++k) {
-    const Vec3d corner(k & 1 ? box.max.x : box.min.x, k & 2 ? box.max.y : box.min.y,
-                       k & 4 ? box.max.z : box.min.z);
-    result.extendBy(m_world_from_object.point(corner));
-    reach = std::max(reach, length(corner));
-  }
+  const Box3d result = box_around(m_world_from_object, box);
+  const Vec3d farthest(std::max(std::fabs(box.min.x), std::fabs(box.max.x)),
+                       std::max(std::fabs(box.min.y), std::fabs(box.max.y)),
+                       std::max(std::fabs(box.min.z), std::fabs(box.max.z)));
+  const double reach = length(farthest);
   const Vec3d margin(surface_error(m_growth * (reach + m_offset)));
   return {result.min - margin, result.max + margin};
 }

@@ -139,6 +139,7 @@ class GridField final : public DensityField {
         m_lo(voxels.bounds().lo()),
         m_hi(voxels.bounds().hi()),
         m_cells(Vec3d(m_lo), Vec3d(m_hi)),
+        m_bounds(box_around(world_from_index, m_cells)),
         m_max_density(double(voxels.max_value())),
         m_voxels(std::move(voxels)) {}
 
@@ -154,14 +155,7 @@ class GridField final : public DensityField {
   }
   const Affine& index_from_world() const override { return m_index_from_world; }
 
-  Box3d bounds() const override {
-    Box3d box;
-    for (int n = 0; n < 8; ++n) {
-      const Vec3d corner(n & 1 ? m_hi.x : m_lo.x, n & 2 ? m_hi.y : m_lo.y, n & 4 ? m_hi.z : m_lo.z);
-      box.extendBy(m_world_from_index.point(corner));
-    }
-    return box;
-  }
+  Box3d bounds() const override { return m_bounds; }
 
   double max_density() const override { return m_max_density; }
 
@@ -285,6 +279,7 @@ class GridField final : public DensityField {
   Affine m_world_from_index, m_index_from_world;
   Vec3i m_lo, m_hi;  ///< all cells that may be non-zero, [lo, hi)
   Box3d m_cells;     ///< the same as a box of index space
+  Box3d m_bounds;    ///< the same in the world
   double m_max_density;
   PassingVoxels m_voxels;
   Lazy<BrickGrid> m_grid;

@@ -45,17 +45,12 @@ DensityPiece part_of(const DensityPiece& piece, double t0, double t1) {
 /// The box of a box that is moved, turned or stretched, larger by what rounding may do.
 Box3d placed_box(const Affine& placed_from_grid, const Box3d& box) {
   if (box.isEmpty()) return box;
-  Box3d result;
+  const Box3d result = box_around(placed_from_grid, box);
   double reach = 0.0;
-  for (int n = 0; n < 8; ++n) {
-    const Vec3d corner(n & 1 ? box.max.x : box.min.x, n & 2 ? box.max.y : box.min.y,
-                       n & 4 ? box.max.z : box.min.z);
-    result.extendBy(placed_from_grid.point(corner));
-    for (int axis = 0; axis < 3; ++axis) {
-      Vec3d along(0.0);
-      along[axis] = corner[axis];
-      reach = std::max(reach, length(placed_from_grid.direction(along)));
-    }
+  for (int axis = 0; axis < 3; ++axis) {
+    Vec3d along(0.0);
+    along[axis] = std::max(std::fabs(box.min[axis]), std::fabs(box.max[axis]));
+    reach = std::max(reach, length(placed_from_grid.direction(along)));
   }
   const Vec3d margin(surface_error(3.0 * reach + length(placed_from_grid.point(Vec3d(0.0)))));
   return {result.min - margin, result.max + margin};
