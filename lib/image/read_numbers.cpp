@@ -22,7 +22,7 @@ NumberPlane from_exr(const std::filesystem::path& file) {
   if (!found) {
     refuse(file, fmt::format("has {} channels and none named Y; expected one", image.channels.size()));
   }
-  return {image.width, image.height, found->values};
+  return {image.width, image.height, {found->values.begin(), found->values.end()}};
 }
 
 }  // namespace
@@ -50,7 +50,8 @@ NumberPlane read_number_plane(const std::filesystem::path& file) {
   }
   check_plane_size(file, header.width, header.height, channels);
   const uint64_t count = uint64_t(header.width) * uint64_t(header.height);
-  NumberPlane plane{header.width, header.height, std::vector<float>(count * channels)};
+  NumberPlane plane{header.width, header.height, {}};
+  plane.values.resize(count * channels);
   if (!reader->read_numbers(plane.values.data(), reason)) {
     refuse(file, fmt::format("is damaged: {}", reason.substr(0, reason.find('\n'))));
   }

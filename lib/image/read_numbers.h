@@ -4,13 +4,15 @@
 #include <filesystem>
 #include <vector>
 
+#include "lib/core/large_array.h"
+
 namespace pileus {
 
 /// A plane of numbers that are no colours, such as heights: values[y * width + x], as the file has them.
 struct NumberPlane {
   int width = 0;
   int height = 0;
-  std::vector<float> values;
+  std::vector<float, LargeAllocator<float>> values;
 };
 
 /// Refuses a plane that a file claims to have and that cannot be held: ask before allocating. errors:

@@ -69,13 +69,9 @@ void set_degrees(HeightTable& table, double cell_x_deg, double cell_y_deg, doubl
 }
 
 HeightTable from_plane(const fs::path& file) {
-  const NumberPlane plane = read_number_plane(file);
+  NumberPlane plane = read_number_plane(file);
   check_table_size(file, plane.width, plane.height);
-  HeightTable table{plane.width, plane.height, HeightValues(plane.values.size())};
-  for_stretches(plane.values.size(), [&](size_t first, size_t end) {
-    std::copy(plane.values.data() + first, plane.values.data() + end, table.heights.data() + first);
-  });
-  return table;
+  return HeightTable{plane.width, plane.height, std::move(plane.values)};
 }
 
 HeightTable read_geotiff(const fs::path& file) {
