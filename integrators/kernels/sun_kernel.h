@@ -21,6 +21,7 @@ struct SunSweep {
   int lane_axis = 2;          ///< of the grid: ev has no other component, and that is > 0
   double length = 0.0;        ///< of ew in world space [m]
   int steps = 1;              ///< samples between neighbouring nodes
+  bool is_halved = false;     ///< means are read (QuantizedValues::means), not the values themselves
   float enough = 0.0f;        ///< depths beyond this count as this
   bool is_everywhere = true;  ///< false: depths are only wanted where the grid has a density
 };

@@ -121,7 +121,8 @@ class SunSweeper {
   void sweep_row(int row, int bw) {
     const D d;
     const int u = m_first.x * kCells - 1 + row, v = m_first.y * kCells - 1, w0 = bw * kCells - 1;
-    const Box3d box = box_around(Vec3d(u, v, w0), Vec3d(u, v + m_columns - 1, w0 + kCells));
+    Box3d box = box_around(Vec3d(u, v, w0), Vec3d(u, v + m_columns - 1, w0 + kCells));
+    if (m_sweep.is_halved) box = Box3d(box.min - Vec3d(kMeansReach), box.max + Vec3d(kMeansReach));
     find_lit_columns(row);
     if (m_lit_begin >= m_lit_end || m_empty.holds(box, 0)) {
       for (int level = 0; level < kCells; ++level)
@@ -133,7 +134,7 @@ class SunSweeper {
     for (int level = kCells - 1; level >= 0; --level) {
       bool has_density = false;
       for (int step = m_sweep.steps - 1; step >= 0; --step)
-        has_density |= add_densities(start + (level * m_sweep.steps + step + 0.5) * per_step);
+        has_density |= add_row(start + (level * m_sweep.steps + step + 0.5) * per_step);
       const float* const before = row_at(level + 1, row);
       float* const after = row_at(level, row);
       if (!has_density) {
@@ -164,7 +165,9 @@ class SunSweeper {
 
   /// Adds the densities of a row of lines that begins at p to m_rho; false
   /// where there are none.
-  bool add_densities(const Vec3d& p) {
+  bool add_row(const Vec3d& p) { return m_sweep.is_halved ? add_means(p) : add_values(p); }
+
+  bool add_values(const Vec3d& p) {
     const Vec3i& nodes = m_pyramid.levels().front().nodes;
     const int a = m_sweep.lane_axis, b = (a + 1) % 3, c = (a + 2) % 3;
     for (const int axis : {b, c}) {
@@ -208,6 +211,94 @@ class SunSweeper {
     }
     resample(float(p[a] - lo * kCells), float(across), (hi - lo + 1) * kCells);
     return true;
+  }
+
+  /// The four rows of means that a row of lines lies between, [db + 2 dc].
+  struct MeanRows {
+    const int32_t* tables[4];  ///< bricks along the row
+    int inside[4];             ///< where it begins in them
+    float weights[4];
+  };
+
+  bool add_means(const Vec3d& p) {
+    constexpr int kSide = 4;  // means of a brick, along each axis
+    const Vec3i& nodes = m_pyramid.levels().front().nodes;
+    const Vec3d at = 0.5 * (p - Vec3d(0.5));
+    const int a = m_sweep.lane_axis, b = (a + 1) % 3, c = (a + 2) % 3;
+    for (const int axis : {b, c}) {
+      if (!(at[axis] >= 0.0 && at[axis] < double(nodes[axis] * kSide - 1))) return false;
+    }
+    const MeanRows rows = mean_rows(Vec2i(int(at[b]), int(at[c])), Vec2d(at[b], at[c]));
+    const int stride = a == 2 ? 1 : nodes.z;  // between the table's bricks along the row
+    const double across = 0.5 * m_sweep.ev[a];
+    const auto brick_at = [&](int column, int more) {
+      return int(std::floor((at[a] + across * column + more) / kSide));
+    };
+    const auto is_empty = [&](int brick) {
+      int32_t any = 0;
+      for (const int32_t* table : rows.tables) any |= table[brick * stride];
+      return any == 0;
+    };
+    int lo = std::max(0, brick_at(m_lit_begin, 0)), hi = std::min(nodes[a] - 1, brick_at(m_lit_end - 1, 1));
+    while (lo <= hi && is_empty(lo)) ++lo;
+    while (lo <= hi && is_empty(hi)) --hi;
+    if (lo > hi) return false;
+    // Before the first mean and behind the last lies a cell that ends in zero.
+    float* out = m_row.data() + 1;
+    *out++ = 0.0f;
+    for (int brick = lo; brick <= hi; ++brick, out += kSide) {
+      if (is_empty(brick)) {
+        std::fill_n(out, kSide, 0.0f);
+      } else if (a == 2) {
+        sum_means<kMeansZ>(rows, brick * stride, out);
+      } else {
+        sum_means<kMeansY>(rows, brick * stride, out);
+      }
+    }
+    *out = 0.0f;
+    resample(float(at[a] - lo * kSide + 1.0), float(across), (hi - lo + 1) * kSide + 1);
+    return true;
+  }
+
+  MeanRows mean_rows(const Vec2i& cell, const Vec2d& at) const {
+    constexpr int kStrides[3] = {kMeansX, kMeansY, kMeansZ};
+    const Vec3i& nodes = m_pyramid.levels().front().nodes;
+    const int table_strides[3] = {nodes.y * nodes.z, nodes.z, 1};
+    const int b = (m_sweep.lane_axis + 1) % 3, c = (m_sweep.lane_axis + 2) % 3;
+    const float fb = float(at.x - cell.x), fc = float(at.y - cell.y),
+                scale = float(m_pyramid.quantized()->scale);
+    MeanRows rows;
+    for (int n = 0; n < 4; ++n) {
+      const int db = n & 1, dc = n >> 1, ib = cell.x + db, ic = cell.y + dc;
+      rows.tables[n] =
+          m_pyramid.offsets().data() + (ib >> 2) * table_strides[b] + (ic >> 2) * table_strides[c];
+      rows.inside[n] = (ib & 3) * kStrides[b] + (ic & 3) * kStrides[c];
+      rows.weights[n] = scale * (db ? fb : 1.0f - fb) * (dc ? fc : 1.0f - fc);
+    }
+    return rows;
+  }
+
+  /// The four densities along a brick, from means.
+  template <int kStride>
+  HWY_INLINE void sum_means(const MeanRows& rows, int brick, float* out) const {
+    const hn::CappedTag<float, 4> d;
+    const int16_t* means[4];
+    for (int n = 0; n < 4; ++n) {
+      means[n] = m_pyramid.quantized()->means.get() +
+                 rows.tables[n][brick] / QuantizedValues::kPitch * QuantizedValues::kMeansPitch +
+                 rows.inside[n];
+    }
+    if constexpr (kStride == 1) {
+      auto sum = hn::Zero(d);
+      for (int n = 0; n < 4; ++n)
+        sum = hn::MulAdd(load_values(d, means[n]), hn::Set(d, rows.weights[n]), sum);
+      hn::StoreU(sum, d, out);
+    } else {
+      for (int k = 0; k < 4; ++k) {
+        out[k] = 0.0f;
+        for (int n = 0; n < 4; ++n) out[k] += rows.weights[n] * value_of(means[n][k * kStride]);
+      }
+    }
   }
 
   /// The densities along a brick: eight, and the one at its end, which the next
@@ -331,7 +422,8 @@ class SunSweeper {
   /// lattice too coarse to be corrected, and would brighten: there is a floor.
   void fill_nodes(const Vec3i& brick, uint16_t* nodes) {
     const D d;
-    const V six = hn::Set(d, 6.0f), twelfth = hn::Set(d, -1.0f / 12.0f);
+    const V two = hn::Set(d, 2.0f), four = hn::Set(d, 4.0f);
+    const V share_across = hn::Set(d, balance(m_sweep.ev)), share_along = hn::Set(d, balance(m_sweep.ew));
     const int row0 = (brick.x - m_first.x) * kCells + 1, column0 = (brick.y - m_first.y) * kCells + 1;
     for (int u = 0; u <= kCells; ++u) {
       for (int w = 0; w <= kCells; ++w) {
@@ -345,12 +437,22 @@ class SunSweeper {
           const V tau = hn::LoadU(d, here + v);
           const V across = hn::Add(hn::Add(hn::LoadU(d, before + v), hn::LoadU(d, after + v)),
                                    hn::Add(hn::LoadU(d, here + v - 1), hn::LoadU(d, here + v + 1)));
-          const V around = hn::Add(across, hn::Add(hn::LoadU(d, below + v), hn::LoadU(d, above + v)));
-          const V lowered = hn::MulAdd(hn::NegMulAdd(six, tau, around), twelfth, tau);
+          const V along = hn::Add(hn::LoadU(d, below + v), hn::LoadU(d, above + v));
+          const V lowered = hn::NegMulAdd(hn::NegMulAdd(four, tau, across), share_across,
+                                          hn::NegMulAdd(hn::NegMulAdd(two, tau, along), share_along, tau));
           store_nodes(lowered, out + v);
         }
       }
     }
+  }
+
+  /// How much second differences between nodes an edge apart count: 1/12 for what interpolation does, and
+  /// half of the variance by which means and what is between them are more blurred than the field: 1/4 and
+  /// 4/6 less its own 1/6, in cells.
+  float balance(const Vec3d& edge) const {
+    constexpr double kMeansVariance = 0.75;
+    const double blurred = m_sweep.is_halved ? 0.5 * kMeansVariance / dot(edge, edge) : 0.0;
+    return float(1.0 / 12.0 + blurred);
   }
 
   void store_nodes(V tau, uint16_t* out) const {
@@ -367,6 +469,8 @@ class SunSweeper {
   }
 
   static constexpr size_t kNodes = 729;
+  static constexpr int kMeansX = 16, kMeansY = 4, kMeansZ = 1;  ///< strides in a brick
+  static constexpr double kMeansReach = 2.0;  ///< of a mean beyond the values that are in it [cells]
   static constexpr int32_t kLight = 0,
                            kDark = SunLattice::kPitch;  ///< offsets of bricks that many share
 

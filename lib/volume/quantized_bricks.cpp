@@ -166,7 +166,8 @@ class QuantizedBuilder {
   void allocate() {
     m_values.count = size_t(m_first_slots.back()) * QuantizedValues::kPitch;
     m_pyramid.check_value_count(double(m_values.count));
-    const double needed = double(m_values.count) * sizeof(int16_t);
+    const size_t bricks = size_t(m_first_slots.back());
+    const double needed = double(m_values.count + bricks * QuantizedValues::kMeansPitch) * sizeof(int16_t);
     const double memory = double(sysconf(_SC_PHYS_PAGES)) * double(sysconf(_SC_PAGESIZE));
     if (needed > 0.5 * memory) {
       throw Error(
@@ -175,11 +176,17 @@ class QuantizedBuilder {
                       needed * 1e-9, memory * 1e-9));
     }
     m_values.stored = make_large_array<int16_t>(m_values.count);
-    std::fill_n(m_values.stored.get(), QuantizedValues::kPitch, int16_t(-QuantizedValues::kZero));
-    for (size_t i = 0; i < m_shared.size(); ++i) {
-      std::fill_n(m_values.stored.get() + (i + 1) * QuantizedValues::kPitch, QuantizedValues::kPitch,
-                  stored(m_shared[i]));
-    }
+    m_values.means = make_large_array<int16_t>(bricks * QuantizedValues::kMeansPitch);
+    fill_uniform(0, int16_t(-QuantizedValues::kZero));
+    for (size_t i = 0; i < m_shared.size(); ++i) fill_uniform(i + 1, stored(m_shared[i]));
+  }
+
+  int16_t* values_of(size_t slot) { return m_values.stored.get() + slot * QuantizedValues::kPitch; }
+  int16_t* means_of(size_t slot) { return m_values.means.get() + slot * QuantizedValues::kMeansPitch; }
+
+  void fill_uniform(size_t slot, int16_t value) {
+    std::fill_n(values_of(slot), QuantizedValues::kPitch, value);
+    std::fill_n(means_of(slot), QuantizedValues::kMeansPitch, value);
   }
 
   int16_t stored(float value) const {
@@ -212,7 +219,7 @@ class QuantizedBuilder {
           if (offset > 0) {
             const int64_t slot = m_first_slots[task] + offset - 1;
             offset = int32_t(slot * QuantizedValues::kPitch);
-            range = fill_brick(rows.at(z), m_values.stored.get() + offset, account);
+            range = fill_brick(rows.at(z), size_t(slot), account);
           } else if (offset < 0) {
             const float value = m_shared[size_t(-offset) - 1];
             offset *= -QuantizedValues::kPitch;
@@ -232,7 +239,7 @@ class QuantizedBuilder {
     m_values.mean_value = all.values / std::max(1.0, all.bricks);
   }
 
-  ValueRange fill_brick(const std::array<int32_t, 8>& sources, int16_t* values, Account& account) const {
+  ValueRange fill_brick(const std::array<int32_t, 8>& sources, size_t slot, Account& account) {
     constexpr double kVoxels = 512.0;
     BrickSource from;
     for (size_t n = 0; n < 8; ++n) {
@@ -242,7 +249,7 @@ class QuantizedBuilder {
         from.uniform_values[n] = uniform_value(sources[n]);
       }
     }
-    const QuantizedBrick brick = quantize_brick(from, m_values.scale, values);
+    const QuantizedBrick brick = quantize_brick(from, m_values.scale, values_of(slot), means_of(slot));
     account.add(brick.errors / kVoxels, brick.sum / kVoxels);
     return {value_of(brick.lo), value_of(brick.hi)};
   }

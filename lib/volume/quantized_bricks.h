@@ -11,11 +11,17 @@ namespace pileus {
 
 /// Values of bricks in 16 bits: value = scale * (stored + kZero), nearest to the voxel's; 0 stays 0. Bricks
 /// are laid out as those of a BrickGrid, at half the bytes: 1472 a brick.
+///
+/// Beside them lies the field at half the resolution, for whoever looks at all of it but not closely: mean k
+/// is that of the 2^3 values 2k and 2k + 1, and stands in their middle. A brick has 4^3 of them, 128 bytes;
+/// what ends its rows is the next brick's.
 struct QuantizedValues {
   static constexpr int kZero = 32768;
   static constexpr int kPitch = kQuantizedPitch;
+  static constexpr int kMeansPitch = pileus::kMeansPitch;
 
   LargeArray<int16_t> stored;
+  LargeArray<int16_t> means;  ///< stored as values are, [brick][x][y][z]: brick n's begin at n * kMeansPitch
   size_t count = 0;
   double scale = 1.0;  ///< has 8 significant bits, so that each value is a float
 

@@ -12,6 +12,7 @@
 #include "integrators/kernels/sun_kernel.h"
 #include "lib/core/parallel.h"
 #include "lib/volume/grid_field.h"
+#include "lib/volume/quantized_bricks.h"
 #include "tests/fixtures/blob_voxels.h"
 #include "tests/fixtures/simd_targets.h"
 #include "tests/fixtures/voxel_sources.h"
@@ -21,10 +22,15 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+enum class Stored { floats, in_16_bits };
+
 /// A grid as the kernels see it, and the exact answer beside it.
 struct LitGrid {
-  LitGrid(const VoxelSources& voxels, const Affine& map, double extinction)
-      : field(make_grid_field(voxels.source(), map)), pyramid(*field->bricks()), world_from_index(map) {
+  LitGrid(const VoxelSources& voxels, const Affine& map, double extinction, Stored stored = Stored::floats)
+      : field(make_grid_field(voxels.source(), map)),
+        pyramid(stored == Stored::floats ? BrickPyramid(*field->bricks())
+                                         : build_quantized_bricks(voxels.source())),
+        world_from_index(map) {
     const BrickGrid& bricks = *field->bricks();
     const Vec3d origin(pyramid.origin());
     grid.pyramid = &pyramid;
@@ -124,6 +130,61 @@ TEST(SunLattice, second_order_on_a_smooth_blob) {
     EXPECT_GT(at_4 / at_2, 2.5) << wi << ": " << at_8 << ", " << at_4 << ", " << at_2;
     EXPECT_LT(at_2, 0.002 * scale) << wi;
   }
+}
+
+/// From two voxels on, lattices of 16-bit grids are made of means. What these blur is undone: such lattices
+/// err little more than those of values do.
+TEST(SunLattice, means_will_do_where_nodes_are_far_apart) {
+  const VoxelSources voxels = blob({3, 40, -20}, {40, 34, 37});
+  const LitGrid values(voxels, Affine(), 0.1), means(voxels, Affine(), 0.1, Stored::in_16_bits);
+  for_each_simd_target([&](const std::string& target) {
+    for (const Vec3d& wi : {Vec3d(0, 0, 1), Vec3d(0, 1, 0), Vec3d(-1, 0, 0), normalize(Vec3d(1, -1, 1)),
+                            normalize(Vec3d(0.3, 0.8, 0.5)), normalize(Vec3d(0.2, -0.1, -0.7))}) {
+      const double scale = deepest(values, wi);
+      double at_4 = 0.0;
+      for (const double spacing : {4.0, 2.5, 2.0}) {
+        SCOPED_TRACE(testing::Message() << target << ' ' << wi << ' ' << spacing);
+        const double error = rms_error(means, wi, spaced(spacing));
+        EXPECT_LT(error, 1.5 * rms_error(values, wi, spaced(spacing)) + 2e-5 * scale);
+        if (spacing == 4.0) at_4 = error;
+        if (spacing == 2.0) {
+          EXPECT_LT(error, at_4 / 2.5);
+        }
+      }
+    }
+  });
+}
+
+/// By how much the depths of a lattice are too large on the whole, relative to them.
+double bias(const LitGrid& lit, const Vec3d& wi, const LatticeOptions& options) {
+  constexpr int kSide = 20;
+  const SunLattice lattice = build_sun_lattice(lit.grid, wi, options);
+  double errors = 0.0, depths = 0.0;
+  for (int n = 0; n < kSide * kSide * kSide; ++n) {
+    const Vec3d share(n / (kSide * kSide), n / kSide % kSide, n % kSide);
+    const Vec3d p = lit.at((share + Vec3d(0.5)) / kSide);
+    const double exact = lit.exact(p, wi);
+    errors += sun_depth(lattice, p) - exact;
+    depths += exact;
+  }
+  return errors / depths;
+}
+
+/// What lies between lines is in means, but not in values that happen to lie on lines.
+TEST(SunLattice, means_keep_the_depth_of_details_between_lines) {
+  std::mt19937 random(47);
+  VoxelSources voxels;
+  for (int n = 0; n < 64; ++n) voxels.add_random_leaf(Vec3i(n / 16, n / 4 % 4, n % 4) * 8, random, 0.5);
+  const LitGrid values(voxels, Affine(), 0.1), means(voxels, Affine(), 0.1, Stored::in_16_bits);
+  double of_means = 0.0, of_values = 0.0;
+  for (const Vec3d& wi : directions()) {
+    for (const double spacing : {4.0, 2.5, 2.0}) {
+      EXPECT_LT(rms_error(means, wi, spaced(spacing)), 1.3 * rms_error(values, wi, spaced(spacing))) << wi;
+      of_means += std::pow(bias(means, wi, spaced(spacing)), 2);
+      of_values += std::pow(bias(values, wi, spaced(spacing)), 2);
+    }
+  }
+  EXPECT_LT(of_means, 0.25 * of_values);
 }
 
 TEST(SunLattice, affine_grids) {

@@ -44,6 +44,17 @@ std::vector<char> bricks_near(const BrickPyramid& pyramid, const VoxelSource& vo
   return is_near;
 }
 
+/// Checks the means of a brick of 9^3 values.
+void expect_means(const int16_t* stored, const int16_t* means) {
+  for (int n = 0; n < QuantizedValues::kMeansPitch; ++n) {
+    const int x = n / 16, y = n / 4 % 4, z = n % 4;
+    double sum = 0.0;
+    for (int k = 0; k < 8; ++k)
+      sum += stored[(2 * x + (k & 1)) * 81 + (2 * y + (k >> 1 & 1)) * 9 + 2 * z + (k >> 2)];
+    ASSERT_LE(std::abs(means[n] - sum / 8.0), 0.5) << x << ' ' << y << ' ' << z;
+  }
+}
+
 /// Checks the 9^3 values of every brick, that their range is exact, and that all else is 0.
 void expect_voxels(const BrickPyramid& pyramid, const VoxelSources& voxels) {
   const QuantizedValues& values = *pyramid.quantized();
@@ -60,6 +71,8 @@ void expect_voxels(const BrickPyramid& pyramid, const VoxelSources& voxels) {
     const Vec3i place(int(at / z_count / y_count), int(at / z_count % y_count), int(at % z_count));
     const Vec3i cell = pyramid.origin() + 8 * place;
     const int16_t* stored = values.stored.get() + pyramid.offsets()[at];
+    expect_means(stored, values.means.get() +
+                             pyramid.offsets()[at] / QuantizedValues::kPitch * QuantizedValues::kMeansPitch);
     ValueRange found{std::numeric_limits<float>::infinity(), 0.0f};
     for (int n = 0; n < 729; ++n) {
       const Vec3i corner(n / 81, n / 9 % 9, n % 9);
@@ -75,6 +88,7 @@ void expect_voxels(const BrickPyramid& pyramid, const VoxelSources& voxels) {
   }
   for (int n = 0; n < 729; ++n)
     ASSERT_EQ(values.stored[size_t(n)], -QuantizedValues::kZero) << "slot of zeros";
+  expect_means(values.stored.get(), values.means.get());
 }
 
 /// A brick of zeros lies around all that is not 0.

@@ -201,7 +201,24 @@ void store_range(const int16_t* values, QuantizedBrick& brick) {
   brick.hi = *std::max_element(his, his + hn::Lanes(d));
 }
 
-QuantizedBrick quantize_brick_impl(const BrickSource& source, double scale, int16_t* values) {
+/// Means of 2^3 of a brick's own 8^3 values.
+void store_means(const int16_t* values, int16_t* means) {
+  const hn::FixedTag<int32_t, 4> d;
+  const hn::FixedTag<int16_t, 4> d16;
+  const auto load = [&](const int16_t* four) HWY_ATTR { return hn::PromoteTo(d, hn::LoadU(d16, four)); };
+  for (int x = 0; x < 8; x += 2) {
+    for (int y = 0; y < 8; y += 2, means += 4) {
+      const int16_t *row = values + x * 81 + y * 9, *behind = row + 81;
+      const auto lower = hn::Add(hn::Add(load(row), load(row + 9)), hn::Add(load(behind), load(behind + 9))),
+                 upper = hn::Add(hn::Add(load(row + 4), load(row + 13)),
+                                 hn::Add(load(behind + 4), load(behind + 13)));
+      const auto sums = hn::Add(hn::ConcatEven(d, upper, lower), hn::ConcatOdd(d, upper, lower));
+      hn::StoreU(hn::DemoteTo(d16, hn::ShiftRight<3>(hn::Add(sums, hn::Set(d, 4)))), d16, means);
+    }
+  }
+}
+
+QuantizedBrick quantize_brick_impl(const BrickSource& source, double scale, int16_t* values, int16_t* means) {
   alignas(64) float uniform[8][8];
   RowSource from[8];
   for (int n = 0; n < 8; ++n) {
@@ -246,6 +263,7 @@ QuantizedBrick quantize_brick_impl(const BrickSource& source, double scale, int1
   brick.sum = quantizer.sum();
   brick.errors = quantizer.errors();
   store_range(values, brick);
+  store_means(values, means);
   return brick;
 }
 
@@ -267,8 +285,8 @@ LeafLook look_at_leaf(const float* values, const uint64_t* active) {
   return HWY_DYNAMIC_DISPATCH(look_at_leaf_impl)(values, active);
 }
 
-QuantizedBrick quantize_brick(const BrickSource& source, double scale, int16_t* values) {
-  return HWY_DYNAMIC_DISPATCH(quantize_brick_impl)(source, scale, values);
+QuantizedBrick quantize_brick(const BrickSource& source, double scale, int16_t* values, int16_t* means) {
+  return HWY_DYNAMIC_DISPATCH(quantize_brick_impl)(source, scale, values, means);
 }
 
 }  // namespace pileus

@@ -40,8 +40,9 @@ struct QuantizedBrick {
 
 /// Quantises a brick: round(value / scale) - 32768, [x][y][z] with strides 81, 9, 1.
 ///   values: kQuantizedPitch of them, aligned to 64 bytes
-QuantizedBrick quantize_brick(const BrickSource& source, double scale, int16_t* values);
+///   means: kMeansPitch, see QuantizedValues::means
+QuantizedBrick quantize_brick(const BrickSource& source, double scale, int16_t* values, int16_t* means);
 
-inline constexpr int kQuantizedPitch = 736;
+inline constexpr int kQuantizedPitch = 736, kMeansPitch = 64;
 
 }  // namespace pileus
