@@ -1,13 +1,19 @@
 // The fogs of scenes against the forms that their manual pages tell.
+#include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
+#include <random>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "lib/core/error.h"
 #include "lib/fog/fade.h"
 #include "lib/fog/fog_on_ray.h"
 #include "lib/fog/lit_layer.h"
+#include "lib/math/gauss_kronrod.h"
+#include "tests/fixtures/hunt.h"
 #include "tests/fixtures/traced_scene.h"
 
 namespace pileus {
@@ -92,6 +98,102 @@ TEST(HeightFog, is_whole_below_its_base_and_thins_out_above) {
       }
       EXPECT_NEAR(fogs.along(ray).tau_to(200.0), tau, 1e-7) << d << " from " << from;
     }
+  }
+}
+
+/// The slow twin of closed forms: panels between all `cuts` of [0, end], each in `parts`.
+double integral(const std::function<double(double)>& f, double end, std::vector<double> cuts,
+                int parts = 24) {
+  cuts.insert(cuts.end(), {0.0, end});
+  std::erase_if(cuts, [&](double t) { return !(t >= 0.0 && t <= end); });
+  std::sort(cuts.begin(), cuts.end());
+  double sum = 0.0;
+  for (size_t i = 0; i + 1 < cuts.size(); ++i) {
+    const double h = (cuts[i + 1] - cuts[i]) / parts;
+    for (int part = 0; part < parts; ++part) {
+      for (const auto& node : GaussKronrod7::kNodes)
+        sum += h * node.kronrod * f(cuts[i] + h * (part + node.x));
+    }
+  }
+  return sum;
+}
+
+/// Views that are hard on closed forms: level, nearly level, straight up and down, any.
+class HardViews {
+ public:
+  /// From below a layer that ends at `top`, from in it, and from far above.
+  Ray next(double top) {
+    const double rises[] = {0.0, 1e-300, -1e-300, 1e-14, -1e-14, 1e-7, -1e-7, 1.0, -1.0, any(), any(), any()};
+    const double heights[] = {-3.0 * top, 0.0, 1e-9 * top, 0.5 * top, top, 1.5 * top, 40.0 * top};
+    const double rise = rises[m_rng() % std::size(rises)];
+    return {{0.0, heights[m_rng() % std::size(heights)], 0.0},
+            {std::sqrt((1.0 - rise) * (1.0 + rise)), rise, 0.0}};
+  }
+  double power_of_ten(double least, double most) {
+    return std::pow(10.0, std::uniform_real_distribution<double>(least, most)(m_rng));
+  }
+
+ private:
+  double any() { return std::uniform_real_distribution<double>(-1.0, 1.0)(m_rng); }
+
+  std::mt19937_64 m_rng{11};
+};
+
+TEST(HeightFog, agrees_with_a_slow_integral_from_every_view) {
+  HardViews views;
+  for (int i = 0; i < hunted(400); ++i) {
+    // Down to fog that is not there and to fog without a height.
+    const double extinction = views.power_of_ten(-12, 2), scale = views.power_of_ten(-9, 4);
+    const Ray ray = views.next(scale);
+    const Fogs fogs(fmt::format(
+        "[fog.f]\ntype = \"height\"\nextinction = {:.17g}\nscale_height = {:.17g}\ncolour = [1, 1, 1]\n",
+        extinction, scale));
+    const double end = scale * views.power_of_ten(-2, 3);
+    // Cuts where the height passes multiples of the scale height.
+    std::vector<double> cuts;
+    for (const double z : {0.0, 0.5, 1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0, 128.0})
+      cuts.push_back((z * scale - ray.o.y) / ray.d.y);
+    const double tau = integral(
+        [&](double t) { return extinction * std::exp(-std::max(ray.o.y + t * ray.d.y, 0.0) / scale); }, end,
+        cuts);
+    const FogOnRay fog = fogs.along(ray);
+    EXPECT_NEAR(fog.tau_to(end), tau, 1e-9 * tau)
+        << extinction << " " << scale << " " << ray.o << ray.d << end;
+    EXPECT_NEAR(fog.to(end).light.x, -std::expm1(-tau), 1e-9 * std::min(tau, 1.0))
+        << extinction << " " << scale;
+  }
+}
+
+TEST(SunlitLayer, agrees_with_a_slow_integral_from_every_view) {
+  HardViews views;
+  for (int i = 0; i < hunted(400); ++i) {
+    const double extinction = views.power_of_ten(-12, 2), thickness = views.power_of_ten(-9, 4),
+                 sine = views.power_of_ten(-3, 0);
+    const Ray ray = views.next(thickness);
+    const Fogs fogs(fmt::format(
+        "[fog.f]\ntype = \"sunlit_layer\"\nextinction = {:.17g}\nthickness = {:.17g}\nsun = \"sun\"\n"
+        "[light.sun]\ntype = \"sun\"\ndirection = [0, {:.17g}, {:.17g}]\nirradiance = [1, 1, 1]\n",
+        extinction, thickness, sine, std::sqrt((1.0 - sine) * (1.0 + sine))));
+    const double end = thickness * views.power_of_ten(-2, 3);
+    std::vector<double> cuts{-ray.o.y / ray.d.y, (thickness - ray.o.y) / ray.d.y};
+    const double enters = ray.o.y >= 0.0 && ray.o.y <= thickness ? 0.0 : std::min(cuts[0], cuts[1]);
+    // Both ways dim within a mean free path, along the view and up to the sun.
+    for (const double free_paths : {0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 40.0}) {
+      const double s = free_paths / extinction;
+      cuts.insert(cuts.end(),
+                  {enters + s, enters + s * sine, cuts[0] - s * sine / ray.d.y, cuts[1] - s * sine / ray.d.y,
+                   cuts[0] + s * sine / ray.d.y, cuts[1] + s * sine / ray.d.y});
+    }
+    const auto lit = [&](double t) {
+      // Depths from the top, which rays that begin there leave by less than rounding.
+      const double depth = (thickness - ray.o.y) - t * ray.d.y;
+      if (!(depth > 0.0 && ray.o.y + t * ray.d.y > 0.0)) return 0.0;
+      return extinction * std::exp(-extinction * (t - enters) - extinction * depth / sine) /
+             (4.0 * std::numbers::pi);
+    };
+    const double light = integral(lit, end, cuts);
+    EXPECT_NEAR(fogs.along(ray).to(end).light.x, light, 1e-7 * light + 1e-14)
+        << extinction << " " << thickness << " " << sine << " " << ray.o << ray.d << end;
   }
 }
 
