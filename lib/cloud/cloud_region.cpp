@@ -246,7 +246,7 @@ void CloudRegion::apply_factors(const PointLattice& points, std::span<float> rho
           rho[at] *= float(cloud.m_texture->value(first + Vec3d(0, 0, points.step.z * k)));
         }
         if (cloud.m_density_map && rho[at] > 0) {
-          rho[at] *= float(cloud.m_density_map(first + Vec3d(0, 0, points.step.z * k)));
+          rho[at] *= float(cloud.m_density_map(first + Vec3d(0, 0, points.step.z * k), points.step.z));
         }
       }
     }

@@ -35,7 +35,7 @@ ProceduralCloud::ProceduralCloud(const CloudRecipe& recipe, const CloudBody& for
       m_texture(picture_map(recipe.texture, m_shape.bounds())),
       m_density_map(std::move(map)) {}
 
-double ProceduralCloud::density(const Vec3d& p_world) const {
+double ProceduralCloud::density(const Vec3d& p_world, double width) const {
   const double f = m_shape.form().value(m_shape.form_point(p_world));
   if (!(f > 0)) return 0;  // also where a coordinate is not finite
   const double height = m_shape.relative_height(p_world.y);
@@ -44,7 +44,7 @@ double ProceduralCloud::density(const Vec3d& p_world) const {
   if (coverage <= m_recipe.threshold) return 0;  // noise only takes away
   double rho = m_formula.density(frayed(coverage, p_world)) * m_density_profile.value(height);
   if (m_texture) rho *= m_texture->value(p_world);
-  if (m_density_map && rho > 0) rho *= m_density_map(p_world);
+  if (m_density_map && rho > 0) rho *= m_density_map(p_world, width);
   return rho;
 }
 

@@ -25,15 +25,17 @@ namespace pileus {
 /// threads: const, safe from many threads
 class ProceduralCloud {
  public:
-  using DensityMap = std::function<double(const Vec3d& p_world)>;
+  /// A factor by the place, averaged over so many metres across.
+  using DensityMap = std::function<double(const Vec3d& p_world, double width)>;
 
   /// The recipe has passed its checks; the free form, or mesh, has finite bounds.
-  ///   map: a further factor by the place in world space, 0 .. 1, safe from many threads; or none
+  ///   map: a further factor, 0 .. 1, safe from many threads; or none
   /// errors: as PictureMap, where the recipe names pictures
   ProceduralCloud(const CloudRecipe& recipe, const CloudBody& form, DensityMap map = {});
 
   /// rho at a point of world space [1], 0 <= rho <= 1; 0 where a coordinate is not finite.
-  double density(const Vec3d& p_world) const;
+  ///   width: of what the density map is averaged over, for voxels [m]
+  double density(const Vec3d& p_world, double width = 0.0) const;
 
   /// Bounds of the density in a box, for densities in single precision (CloudRegion) too.
   Interval range(const Box3d& box_world) const;

@@ -185,5 +185,61 @@ TEST(CloudVolume, refuses_a_mesh_that_is_open_and_more_than_one_body) {
             std::string::npos);
 }
 
+/// A solid ball of density 1 with a board of squares as its density.
+std::shared_ptr<const DensityField> board_field(const std::string& squares, const std::string& voxels) {
+  const Scene scene = parse_scene(
+      "pileus = 1\n[camera]\ntype = \"perspective\"\n[light.sun]\ntype = \"sun\"\n"
+      "[freeform.ball]\nbase = { sphere = { radius = 2 } }\n"
+      "[texture.board]\ntype = \"checker\"\ncolor_b = [0.25, 0.25, 0.25]\n" +
+          squares +
+          "[volume.v]\ntype = \"cloud\"\nbounds = \"ball\"\nheight_profile = [[0, 1], [1, 1]]\nerosion = 0\n"
+          "edge = 0.1\nfalloff = \"hard\"\nthreshold = 0.2\ndensity_texture = \"board\"\n" +
+          voxels,
+      "s.toml", ".");
+  return build_world(scene).media.at(0).density;
+}
+
+double density_at(const DensityField& field, const Vec3d& p) {
+  double rho = 0.0;
+  FieldCounters counters;
+  field.sample({p, {1, 0, 0}}, 0.0, 1.0, {&rho, 1}, counters);
+  return rho;
+}
+
+TEST(CloudVolume, a_texture_is_its_density) {
+  // Squares of 1 m in x and z.
+  const auto field = board_field("tiles_u = 2\ntiles_v = 2\nscale = [2, 1, 2]\n", "voxel_size = 0.05\n");
+  for (const Vec3d& p : {Vec3d(0.5, 0, 0.5), Vec3d(0.5, 1.3, 0.5), Vec3d(-0.5, -1, -0.5)})
+    EXPECT_NEAR(density_at(*field, p), density_at(*field, {0.5, 0, 0.5}), 1e-6) << p;
+  const double here = density_at(*field, {0.5, 0, 0.5}), beside = density_at(*field, {0.5, 0, -0.5});
+  EXPECT_NEAR(std::max(here, beside), 1.0, 1e-6);
+  EXPECT_NEAR(std::min(here, beside), 0.25, 1e-6);
+  EXPECT_EQ(density_at(*field, {1.9, 1.9, 0}), 0.0) << "outside the ball";
+}
+
+TEST(CloudVolume, a_texture_is_averaged_over_voxels_whoever_chooses_their_size) {
+  // Squares of 8 mm: ten and more to a voxel.
+  const std::string squares = "tiles_u = 2\ntiles_v = 2\nscale = [0.016, 1, 0.016]\n";
+  for (const char* voxels : {"voxel_size = 0.1\n", "max_voxels = 60000\n"}) {
+    const auto field = board_field(squares, voxels);
+    for (int n = 0; n < 50; ++n)
+      ASSERT_NEAR(density_at(*field, {0.037 * n - 0.9, 0.01 * n, 0.5 - 0.023 * n}), 0.625, 0.03)
+          << voxels << n;
+  }
+}
+
+TEST(CloudVolume, a_density_texture_that_is_not_there_is_an_error_that_names_the_nearest) {
+  try {
+    parse_scene(
+        "pileus = 1\n[camera]\ntype = \"perspective\"\n[texture.board]\ntype = \"checker\"\n"
+        "[volume.v]\ntype = \"cloud\"\nsize = [1, 1, 1]\nvoxel_size = 0.1\ndensity_texture = \"bord\"\n",
+        "s.toml", ".");
+    FAIL() << "there is no such texture";
+  } catch (const Error& error) {
+    EXPECT_NE(std::string(error.what()).find("board"), std::string::npos) << error.what();
+    EXPECT_EQ(error.diagnostics()[0].loc.line, 10);
+  }
+}
+
 }  // namespace
 }  // namespace pileus

@@ -135,7 +135,7 @@ ProceduralCloud CloudVolume::cloud(const FreeForms& freeforms) const {
 
 ProceduralCloud::DensityMap CloudVolume::density_map() const {
   if (!density_texture) return {};
-  return [texture = density_texture, width = voxel_size](const Vec3d& p) {
+  return [texture = density_texture](const Vec3d& p, double width) {
     const TextureValue value = texture->at({p, {0.0, 1.0, 0.0}, {width, 0.0, 0.0}, {0.0, 0.0, width}});
     return value.opacity * luminance(value.color);
   };
