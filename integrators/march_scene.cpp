@@ -66,14 +66,8 @@ StorageError storage_error_of(const WorldMedium& medium, double scale, double me
 /// Where the edges of a solid's shadow are not told, they are searched for, step by step from medium to
 /// medium: between places that lie far apart they would be overlooked.
 bool has_unknown_edges(const World& world) {
-  const Ray probe{Vec3d(0.0), normalize(Vec3d(1.0, 2.0, 3.0))};
-  std::vector<double> edges;
-  for (const auto& shape : world.shapes) {
-    for (const auto& light : world.lights) {
-      if (shape->casts_shadow() && !shape->append_shadow_edges(probe, *light, edges)) return true;
-    }
-  }
-  return false;
+  return std::any_of(world.shapes.begin(), world.shapes.end(),
+                     [](const auto& shape) { return shape->casts_shadow() && !shape->knows_shadow_edges(); });
 }
 
 std::string obstacle_of_places(const World& world, const EffectPlan& plan) {

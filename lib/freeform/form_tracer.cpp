@@ -67,19 +67,26 @@ std::unique_ptr<FormTracer::Node> FormTracer::make(const FormProgram& program, i
 
 FormTracer::FormTracer(const FreeForm& form, TraceMethod method)
     : m_method(method), m_root(make(form.program(), form.program().root())) {
-  if (method == TraceMethod::newton) add_operands(*m_root);
+  if (method == TraceMethod::newton) add_operands(*m_root, {});
 }
 
 FormTracer::~FormTracer() = default;
 
-void FormTracer::add_operands(const Node& node) {
+/// What is taken from a union is taken from each of its parts.
+void FormTracer::add_operands(const Node& node, const std::vector<Box3d>& taken_bounds) {
   if (!node.leaf && node.join == Join::unite) {
-    add_operands(*node.a);
-    add_operands(*node.b);
+    add_operands(*node.a, taken_bounds);
+    add_operands(*node.b, taken_bounds);
+    return;
+  }
+  if (!node.leaf && node.join == Join::subtract) {
+    std::vector<Box3d> all_taken = taken_bounds;
+    all_taken.push_back(node.b->bounds);
+    add_operands(*node.a, all_taken);
     return;
   }
   const PlainForm* plain = node.leaf ? std::get_if<PlainForm>(&*node.leaf) : nullptr;
-  Operand operand{&node, plain, {}};
+  Operand operand{&node, plain, {}, taken_bounds};
   if (plain) {
     // So much wider than where it acts that no ray outside could think it acts, for all its rounding.
     const double size = length(node.bounds.max - node.bounds.min) + length(node.bounds.max);
@@ -175,6 +182,19 @@ std::optional<double> FormTracer::first_crossing(const Ray& ray, const Segment& 
   return std::nullopt;
 }
 
+/// True where a ray that meets an operand may pass through what is taken from it: the whole form has to tell.
+bool FormTracer::may_be_taken(const Operand& operand, const Ray& ray, Segment segment) {
+  return std::any_of(operand.taken_bounds.begin(), operand.taken_bounds.end(),
+                     [&](const Box3d& box) { return !clip_to_box(ray, segment, box).empty(); });
+}
+
+std::vector<Box3d> FormTracer::part_bounds() const {
+  if (m_operands.empty()) return {m_root->bounds};
+  std::vector<Box3d> bounds;
+  for (const Operand& operand : m_operands) bounds.push_back(operand.node->bounds);
+  return bounds;
+}
+
 void FormTracer::cross(const Operand& operand, std::span<const Ray> rays, std::span<const Segment> segments,
                        Asked asked, std::span<double> t) const {
   CrossingRays packet;
@@ -189,7 +209,10 @@ void FormTracer::cross(const Operand& operand, std::span<const Ray> rays, std::s
     if (!operand.plain) {
       TraceWork work;
       const Segments found = inside(*operand.node, rays[i], segments[i], work);
-      if (!found.empty()) t[i] = found.front().t0 > segments[i].t0 ? found.front().t0 : kUndecided;
+      if (found.empty()) continue;
+      const double at = found.front().t0;
+      const bool is_decided = at > segments[i].t0 && !may_be_taken(operand, rays[i], {segments[i].t0, at});
+      t[i] = is_decided ? std::min(t[i], at) : kUndecided;
       continue;
     }
     const StretchList stretch(clipped, true);
@@ -210,8 +233,10 @@ void FormTracer::cross(const Operand& operand, std::span<const Ray> rays, std::s
   find_crossings(operand.plain->base(), near, asked, packet);
   for (size_t n = 0; n < packet.count; ++n) {
     double& nearest = t[numbers[n]];
+    if (packet.t[n] == kNever) continue;
     if (asked == Asked::whether || !std::isfinite(packet.t[n])) {
-      if (packet.t[n] != kNever) nearest = packet.t[n];
+      const bool is_decided = !may_be_taken(operand, rays[numbers[n]], stretches[n]);
+      nearest = is_decided ? packet.t[n] : kUndecided;
       continue;
     }
     StretchList found(stretches[n], true);
@@ -219,7 +244,7 @@ void FormTracer::cross(const Operand& operand, std::span<const Ray> rays, std::s
     found.sign_from(packet.t[n], true);
     const double at = *found.first();
     const Segment& segment = segments[numbers[n]];
-    if (!(at > segment.t0)) {
+    if (!(at > segment.t0) || may_be_taken(operand, rays[numbers[n]], {segment.t0, at})) {
       nearest = kUndecided;
     } else if (at < std::min(segment.t1, nearest)) {
       nearest = at;

@@ -48,19 +48,26 @@ class FormTracer {
   /// not asked.
   void find_met(std::span<const Ray> rays, std::span<const Segment> segments, std::span<char> met) const;
 
+  /// Boxes that hold all of the solid, one for each part that it is the union of: what meets none of them
+  /// does not meet the solid.
+  std::vector<Box3d> part_bounds() const;
+
   /// The form near its surface: of operands of sharp joins, the one that makes the surface there.
   FormAtPoint at(const Vec3d& p) const;
 
  private:
   struct Node;
 
-  /// What rays from outside may enter: the form is the union of all operands.
+  /// What rays from outside may enter: the form is the union of all operands, without what is taken away from
+  /// each.
   struct Operand {
     const Node* node;
     const PlainForm* plain;                  ///< null: asked ray by ray
     std::vector<Box3d> perturbation_bounds;  ///< outside of each, a perturbation surely does not act
+    std::vector<Box3d> taken_bounds;         ///< outside of these, nothing is taken away
   };
-  void add_operands(const Node& node);
+  void add_operands(const Node& node, const std::vector<Box3d>& taken_bounds);
+  static bool may_be_taken(const Operand& operand, const Ray& ray, Segment segment);
   void cross(std::span<const Ray> rays, std::span<const Segment> segments, Asked asked,
              std::span<double> t) const;
   void cross(const Operand& operand, std::span<const Ray> rays, std::span<const Segment> segments,

@@ -5,6 +5,7 @@
 
 #include "lib/core/param_table.h"
 #include "lib/math/box.h"
+#include "lib/math/box_shadow.h"
 #include "lib/math/offset_point.h"
 #include "lib/scene/texture.h"
 #include "lib/texture/texture_filter.h"
@@ -15,6 +16,11 @@ void Shape::describe(ParamTable& params) {
   describe_form(params);
   params.plugin<SurfaceShader>("shader", shader, default_shader(), "what light does on the surface");
   params.boolean("hidden", hidden, "not shown itself: only its instances are");
+}
+
+void Shape::append_shadowable(const Ray& ray, Segment segment, const Vec3d& towards_sun,
+                              std::vector<Segment>& stretches) const {
+  stretches.push_back(shadow_of_box(ray, segment, towards_sun, bounds()));
 }
 
 bool Shape::may_shadow(const Box3d& box, const Vec3d& towards_sun) const {

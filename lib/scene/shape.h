@@ -82,12 +82,20 @@ struct Shape : Plugin {
   virtual bool knows_clear_distance() const { return false; }
 
   /// Appends every t at which the ray may cross the edge of the shadow that this shape casts from the light:
-  /// the in-scattered light jumps there, and a quadrature that knows where need not search. False where there
-  /// may be more of them than were told.
-  virtual bool append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const {
+  /// the in-scattered light jumps there, and a quadrature that knows where need not search. Unless
+  /// knows_shadow_edges(), there may be more of them than are told.
+  virtual void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const {
     (void)ray, (void)light, (void)t;
-    return false;
   }
+
+  /// True where append_shadow_edges() tells all of them, and in closed form.
+  virtual bool knows_shadow_edges() const { return false; }
+
+  /// Appends stretches of a ray's segment, in any order: outside of them, the shape surely stands between no
+  /// point of the segment and a sun. By default one, as the bounds tell.
+  ///   towards_sun: unit vector
+  virtual void append_shadowable(const Ray& ray, Segment segment, const Vec3d& towards_sun,
+                                 std::vector<Segment>& stretches) const;
 
   /// False where all light passes: what is transparent throws no shadow.
   bool casts_shadow() const { return !shader || !shader->is_transparent(); }

@@ -24,6 +24,7 @@
 #include "lib/core/error.h"
 #include "lib/core/param_table.h"
 #include "lib/freeform/form_tracer.h"
+#include "lib/math/box_shadow.h"
 #include "lib/math/offset_point.h"
 #include "lib/math/roots.h"
 #include "lib/scene/formed_shape.h"
@@ -43,6 +44,7 @@ struct FreeFormObject final : FormedShape {
   /// What build() adds.
   FreeForm m_solid;
   std::shared_ptr<const FormTracer> m_tracer;
+  std::vector<Box3d> m_part_bounds;
 
   void describe_form(ParamTable& params) override {
     params.reference("form", m_form, "freeform", "the solid").required();
@@ -62,6 +64,7 @@ struct FreeFormObject final : FormedShape {
     }
     const TraceMethod method = m_method == "newton" ? TraceMethod::newton : TraceMethod::subdivision;
     built->m_tracer = std::make_shared<const FormTracer>(built->m_solid, method);
+    built->m_part_bounds = built->m_tracer->part_bounds();
     return built;
   }
 
@@ -89,25 +92,26 @@ struct FreeFormObject final : FormedShape {
 
   /// Where rays towards the light begin or cease to meet the solid: looked for at equal distances in the
   /// stretch that the shadow of the bounds covers, then halved. Narrower shadows may be missed.
-  bool append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const override {
+  void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const override {
     constexpr int kLooks = 64, kHalvings = 48;
     const Segment stretch = stretch_in_shadow_of_bounds(ray, light);
-    if (stretch.empty()) return true;
-    const auto at = [&](double share) { return stretch.t0 + share * stretch.length(); };
-    bool was_shadowed = is_shadowed(ray.at(at(0.0)), light);
-    for (int look = 1; look <= kLooks; ++look) {
-      double before = double(look - 1) / kLooks, after = double(look) / kLooks;
-      const bool shadowed = is_shadowed(ray.at(at(after)), light);
-      if (shadowed != was_shadowed) {
-        for (int n = 0; n < kHalvings; ++n) {
-          const double middle = 0.5 * (before + after);
-          (is_shadowed(ray.at(at(middle)), light) == was_shadowed ? before : after) = middle;
-        }
-        t.push_back(at(0.5 * (before + after)));
-      }
-      was_shadowed = shadowed;
+    if (stretch.empty()) return;
+    std::vector<double> looks;
+    for (int look = 0; look <= kLooks; ++look)
+      looks.push_back(stretch.t0 + double(look) / kLooks * stretch.length());
+    const std::vector<char> shadowed = are_shadowed(ray, looks, light);
+    std::vector<Edge> edges;
+    for (size_t i = 1; i < looks.size(); ++i) {
+      if (shadowed[i] != shadowed[i - 1]) edges.push_back({looks[i - 1], looks[i], shadowed[i - 1]});
     }
-    return false;
+    for (int n = 0; n < kHalvings && !edges.empty(); ++n) halve(ray, light, edges);
+    for (const Edge& edge : edges) t.push_back(edge.middle());
+  }
+
+  void append_shadowable(const Ray& ray, Segment segment, const Vec3d& towards_sun,
+                         std::vector<Segment>& stretches) const override {
+    for (const Box3d& part : m_part_bounds)
+      stretches.push_back(shadow_of_box(ray, segment, towards_sun, part));
   }
 
   Box3d bounds() const override { return m_solid.bounds(); }
@@ -127,10 +131,34 @@ struct FreeFormObject final : FormedShape {
     return SurfaceHit{t, n, error, is_inside};
   }
 
-  bool is_shadowed(const Vec3d& p, const Light& light) const {
-    const Illumination at = light.at(p);
-    const double distance = light.is_directional() ? kInfinity : at.distance;
-    return m_tracer->first_crossing({p, at.wi}, {0.0, distance}).has_value();
+  /// The edge of a shadow between two t of a ray.
+  struct Edge {
+    double before, after;
+    char shadowed_before;
+    double middle() const { return 0.5 * (before + after); }
+  };
+
+  void halve(const Ray& ray, const Light& light, std::vector<Edge>& edges) const {
+    std::vector<double> middles;
+    for (const Edge& edge : edges) middles.push_back(edge.middle());
+    const std::vector<char> shadowed = are_shadowed(ray, middles, light);
+    for (size_t i = 0; i < edges.size(); ++i)
+      (shadowed[i] == edges[i].shadowed_before ? edges[i].before : edges[i].after) = middles[i];
+  }
+
+  /// Of points of a ray, together.
+  std::vector<char> are_shadowed(const Ray& ray, std::span<const double> t, const Light& light) const {
+    std::vector<Ray> to_light;
+    std::vector<Segment> segments;
+    for (const double at : t) {
+      const Vec3d p = ray.at(at);
+      const Illumination here = light.at(p);
+      to_light.push_back({p, here.wi});
+      segments.push_back({0.0, light.is_directional() ? kInfinity : here.distance});
+    }
+    std::vector<char> met(t.size(), 0);
+    m_tracer->find_met(to_light, segments, met);
+    return met;
   }
 
   /// The part of a ray from which the direction to the light meets the ball around the bounds.

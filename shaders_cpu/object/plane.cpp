@@ -48,7 +48,7 @@ struct Plane final : Shape {
     return SurfaceHit{t, is_inside ? -m_n : m_n, error, is_inside};
   }
   /// All of one side is shaded: the edge is the plane itself, where rays end.
-  bool append_shadow_edges(const Ray&, const Light&, std::vector<double>&) const override { return true; }
+  bool knows_shadow_edges() const override { return true; }
 
   /// A convex box lies between a plane and a sun as a whole, or one of its corners does not.
   bool may_shadow(const Box3d& box, const Vec3d& towards_sun) const override {

@@ -38,13 +38,13 @@ struct Sphere final : Shape {
   }
   /// The shadow is a cylinder behind the sphere for a sun, a cone for a point light: a quadratic along the
   /// ray.
-  bool append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const override {
+  void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const override {
     const Illumination at_eye = light.at(ray.o);
     const Roots<double> edges = light.is_directional() ? cylinder_edges(ray, at_eye.wi)
                                                        : cone_edges(ray, ray.o + at_eye.distance * at_eye.wi);
     t.insert(t.end(), edges.begin(), edges.end());
-    return true;
   }
+  bool knows_shadow_edges() const override { return true; }
   Box3d bounds() const override {
     const Vec3d half(m_radius, m_radius, m_radius);
     return {m_center - half, m_center + half};

@@ -27,13 +27,12 @@ struct Ball final : Shape {
     if (!t) return std::nullopt;
     return SurfaceHit{*t, normalize(ray.at(*t) - center), 0.0};
   }
-  bool append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const override {
-    if (!tells) return false;
+  bool knows_shadow_edges() const override { return tells; }
+  void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const override {
     const Vec3d wi = light.at(ray.o).wi, f = ray.o - center;
     const Vec3d across = f - dot(f, wi) * wi, d = ray.d - dot(ray.d, wi) * wi;
     const auto edges = quadratic_roots(d.length2(), 2.0 * dot(across, d), across.length2() - radius * radius);
     t.insert(t.end(), edges.begin(), edges.end());
-    return true;
   }
   Box3d bounds() const override { return {center - Vec3d(radius), center + Vec3d(radius)}; }
 };
