@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "lib/math/box.h"
+#include "lib/math/box_shadow.h"
 #include "lib/math/roots.h"
 
 namespace pileus {
@@ -54,9 +55,10 @@ void append_shadow(const Ray& ray, const Vec3d& towards_sun, const Box3d& box, s
 
 }  // namespace
 
-HazeRays::HazeRays(std::span<const WorldMedium* const> hazes, std::span<const Illumination> suns,
-                   const Box3d& bounds, double depth_error)
+HazeRays::HazeRays(std::span<const WorldMedium* const> hazes, std::span<const Box3d> grids,
+                   std::span<const Illumination> suns, const Box3d& bounds, double depth_error)
     : m_hazes(hazes.begin(), hazes.end()),
+      m_grids(grids.begin(), grids.end()),
       m_suns(suns.begin(), suns.end()),
       m_bounds(bounds),
       m_depth_error(depth_error) {}
@@ -72,8 +74,21 @@ void HazeRays::place(MarchRay& job, OnRay& own) const {
   } else {
     own.stretches.assign(m_hazes.size(), {});
   }
+  job.grid_shadows = grid_shadows(job.ray, clip_to_box(job.ray, job.segment, m_bounds));
   job.hazes = own.stretches.data();
   job.haze_depths = own.depths.data();
+}
+
+/// Where on a ray grids may hide a sun, or are.
+Segment HazeRays::grid_shadows(const Ray& ray, Segment segment) const {
+  Segment hull{kInfinity, 0.0};
+  for (const Box3d& grid : m_grids) {
+    for (const Illumination& sun : m_suns) {
+      const Segment shadow = shadow_of_box(ray, segment, sun.wi, grid);
+      if (!shadow.empty()) hull = {std::min(hull.t0, shadow.t0), std::max(hull.t1, shadow.t1)};
+    }
+  }
+  return hull;
 }
 
 bool HazeRays::find_stretch(const WorldMedium& haze, const MarchRay& job, HazeStretch& stretch) const {

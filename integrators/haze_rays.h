@@ -25,11 +25,12 @@ class HazeRays {
     bool is_readable = true;
   };
 
+  ///   grids: boxes of the media that may shade hazes
   ///   suns: none where nothing scatters
   ///   bounds: of all media, grids included: depths are wanted there
   ///   depth_error: what depths may err by
-  HazeRays(std::span<const WorldMedium* const> hazes, std::span<const Illumination> suns, const Box3d& bounds,
-           double depth_error);
+  HazeRays(std::span<const WorldMedium* const> hazes, std::span<const Box3d> grids,
+           std::span<const Illumination> suns, const Box3d& bounds, double depth_error);
 
   bool any() const { return !m_hazes.empty(); }
   double depth_error() const { return m_depth_error; }
@@ -41,8 +42,10 @@ class HazeRays {
   bool find_stretch(const WorldMedium& haze, const MarchRay& job, HazeStretch& stretch) const;
   void fill_depths(size_t sun, const MarchRay& job, OnRay& own) const;
   double depth(size_t sun, const Vec3d& p) const;
+  Segment grid_shadows(const Ray& ray, Segment segment) const;
 
   std::vector<const WorldMedium*> m_hazes;
+  std::vector<Box3d> m_grids;
   std::vector<Illumination> m_suns;
   Box3d m_bounds;
   double m_depth_error;

@@ -99,8 +99,12 @@ std::unique_ptr<const Tracer> prepare_exact(const World& world, const EffectPlan
 
 HazeRays haze_rays(const World& world, const MarchWorld& march, double tolerance) {
   Box3d bounds;
-  for (const WorldMedium& medium : world.media) bounds.extendBy(medium.density->bounds());
-  return HazeRays(march.hazes(), march.suns(), bounds, kHazeShare * tolerance);
+  std::vector<Box3d> grids;
+  for (const WorldMedium& medium : world.media) {
+    bounds.extendBy(medium.density->bounds());
+    if (medium.density->has_bricks()) grids.push_back(medium.density->bounds());
+  }
+  return HazeRays(march.hazes(), grids, march.suns(), bounds, kHazeShare * tolerance);
 }
 
 class MarchTracer final : public Tracer {

@@ -38,10 +38,9 @@ Matter matter_on(const World& world, const Ray& ray, const Segment& piece) {
   for (const WorldMedium& medium : world.media) {
     const DensityField& density = *medium.density;
     if (clip_to_box(ray, piece, density.bounds()).empty()) continue;
-    matter.voxel = std::min(matter.voxel, density.feature_size());
-    const bool has_voxels = std::isfinite(density.feature_size());
+    if (density.has_bricks()) matter.voxel = std::min(matter.voxel, density.feature_size());
     matter.sigma +=
-        medium.extinction * (has_voxels ? density.max_density() : densest_on(density, ray, piece));
+        medium.extinction * (density.has_bricks() ? density.max_density() : densest_on(density, ray, piece));
   }
   return matter;
 }

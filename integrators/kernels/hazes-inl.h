@@ -57,6 +57,7 @@ class Hazes {
   /// t of the steps counts from `base`; lanes beyond the rays repeat the last.
   void begin(std::span<const MarchRay> rays, double base) {
     m_base = base;
+    m_grid_shadows = hull_of_grid_shadows(rays);
     for (size_t i = 0; i < kPacketRays && any(); ++i) {
       const MarchRay& ray = rays[std::min(i, rays.size() - 1)];
       for (size_t h = 0; h < m_stretches.size(); ++h) m_stretches[h].set(i, ray.hazes[h], base);
@@ -65,21 +66,23 @@ class Hazes {
     for (Stretches& stretch : m_stretches) stretch.find_steepest();
   }
 
-  /// Adds what is between t0 and t1. The light in a haze varies as the shadows of the grids do that lie in
-  /// it. It begins and ends all at once, so that samples on both sides of a step tell little of its error.
+  /// Adds what is between t0 and t1. The light in a haze varies as the shadows of the grids do where they lie
+  /// in it. It begins and ends all at once, so that samples on both sides of a step tell little of its error.
   ///   light_scale: of a haze, Outlook::light_scale
   template <class LightScale>
   void look_ahead(const MarchScene& scene, double t0, double t1, const LightScale& light_scale,
                   Slab& slab) const {
     constexpr double kSharp = 4.0;
+    const bool may_be_shaded = t1 > m_grid_shadows.t0 && t0 < m_grid_shadows.t1;
+    const double shadow_slope = may_be_shaded ? 1.0 / scene.shadow_width : 0.0;
     for (size_t h = 0; h < m_stretches.size(); ++h) {
       const double densest_here = double(densest(h, t0, t1));
       if (densest_here == 0.0) continue;
       const double sigma = scene.hazes[h].extinction * densest_here;
       slab.is_empty = slab.is_uniform = false;
       slab.sigma += sigma;
-      slab.slope += light_scale(scene.hazes[h]) * densest_here *
-                    (steepest(h) + 1.0 / scene.shadow_width + kSharp * sigma);
+      slab.slope +=
+          light_scale(scene.hazes[h]) * densest_here * (steepest(h) + shadow_slope + kSharp * sigma);
     }
   }
 
@@ -141,6 +144,15 @@ class Hazes {
     }
   };
 
+  static Segment hull_of_grid_shadows(std::span<const MarchRay> rays) {
+    Segment hull{std::numeric_limits<double>::infinity(), 0.0};
+    for (const MarchRay& ray : rays) {
+      if (!ray.grid_shadows.empty())
+        hull = {std::min(hull.t0, ray.grid_shadows.t0), std::max(hull.t1, ray.grid_shadows.t1)};
+    }
+    return hull;
+  }
+
   static float read(std::span<const HazeDepth>& left, double t) {
     while (left.size() > 2 && left[1].t < t) left = left.subspan(1);
     if (left.size() < 2) return left.empty() ? 0.0f : float(left[0].depth);
@@ -151,6 +163,7 @@ class Hazes {
   std::vector<Stretches> m_stretches;                                         ///< [haze]
   std::vector<std::array<std::span<const HazeDepth>, kPacketRays>> m_tables;  ///< [light]
   double m_base = 0.0;
+  Segment m_grid_shadows;  ///< of the packet: grids may shade hazes nowhere else
 };
 
 }  // namespace pileus::HWY_NAMESPACE

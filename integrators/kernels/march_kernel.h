@@ -131,6 +131,7 @@ struct MarchRay {
   const std::vector<Segment>* lit = nullptr;  ///< [light]: stretches that solids do not shade, ascending;
                                               ///< null: all. Of all rays of a packet or of none
   MarchFog* fog = nullptr;                    ///< null: none. Of all rays or of none
+  Segment grid_shadows;                       ///< grids may shade hazes nowhere else
   const HazeStretch* hazes = nullptr;         ///< [haze]
   const std::vector<HazeDepth>* haze_depths = nullptr;  ///< [light], ascending
 };

@@ -1,6 +1,8 @@
 // What suns light of rays past solids: by the edges that shapes tell, by search, and by looking everywhere.
 #include "integrators/solid_shadows.h"
 
+#include <cmath>
+#include <limits>
 #include <random>
 
 #include <gtest/gtest.h>
@@ -52,7 +54,24 @@ struct Box final : DensityField {
   Box3d bounds() const override { return {Vec3d(-2.0), Vec3d(2.0)}; }
   double max_density() const override { return 1.0; }
   double feature_size() const override { return 1.0 / 32.0; }
+  bool has_bricks() const override { return true; }
   void append_pieces(const Ray&, Segment, std::vector<DensityPiece>&, FieldCounters&) const override {}
+  double column(const Ray&, Segment, double, FieldCounters&) const override { return 0.0; }
+  void sample(const Ray&, double, double, std::span<double>, FieldCounters&) const override {}
+};
+
+/// Haze that is denser below, without voxels.
+struct Haze final : DensityField {
+  Box3d bounds() const override { return {Vec3d(-100.0), Vec3d(100.0)}; }
+  double max_density() const override { return 1.0; }
+  double feature_size() const override { return 50.0; }  // no voxel: nothing to search by
+  void append_pieces(const Ray& ray, Segment segment, std::vector<DensityPiece>& pieces,
+                     FieldCounters&) const override {
+    const Segment inside = clip_to_box(ray, segment, bounds());
+    const double rate = -ray.d.y / 50.0;
+    if (!inside.empty())
+      pieces.push_back({inside.t0, inside.t1, {std::exp(-(ray.at(inside.t0).y + 100.0) / 50.0)}, rate});
+  }
   double column(const Ray&, Segment, double, FieldCounters&) const override { return 0.0; }
   void sample(const Ray&, double, double, std::span<double>, FieldCounters&) const override {}
 };
@@ -125,6 +144,84 @@ TEST(SolidShadows, are_where_the_sun_is_hidden) {
     EXPECT_GT(shaded, 20u);
     EXPECT_GT(edges, 100u);
   }
+}
+
+/// Optical depth of a stretch of haze.
+double depth_of(const WorldMedium& haze, const Ray& ray, Segment stretch) {
+  std::vector<DensityPiece> pieces;
+  FieldCounters counters;
+  haze.density->append_pieces(ray, stretch, pieces, counters);
+  double depth = 0.0;
+  for (const DensityPiece& piece : pieces) depth += haze.extinction * column_to(piece, piece.t1);
+  return depth;
+}
+
+/// Stretches of one that are not of the other, either way.
+Segments difference(const Segments& a, const Segments& b) {
+  return unite(subtract(a, b), subtract(b, a));
+}
+
+/// In haze so thin that a solid's shadow hardly shows, what a search leaves out or misplaces is less than
+/// that, and it looks the fewer times the thinner the haze.
+TEST(SolidShadows, search_no_closer_than_haze_shows) {
+  constexpr double kLeast = 0.03, kNegligible = kLeast / 600.0;
+  uint64_t last_rays = std::numeric_limits<uint64_t>::max();
+  for (const double extinction : {1e-2, 1e-3, 1e-4, 1e-5}) {
+    World known = world_of(true), searched = world_of(false);
+    for (World* world : {&known, &searched}) {
+      world->media[0].density = std::make_shared<Haze>();
+      world->media[0].extinction = extinction;
+    }
+    const SolidShadows by_edges(known, kLeast), by_search(searched, kLeast);
+    std::mt19937 random(8);
+    uint64_t shadow_rays = 0;
+    double worst = 0.0;
+    for (int n = 0; n < 60; ++n) {
+      std::vector<MarchRay> packet = random_packet(known, random), same = packet;
+      std::vector<std::vector<Segment>> expected(packet.size() * 2), found(packet.size() * 2);
+      by_edges.find(packet, expected);
+      shadow_rays += by_search.find(same, found);
+      ASSERT_EQ(packet[0].lit != nullptr, same[0].lit != nullptr);
+      for (size_t i = 0; i < expected.size(); ++i) {
+        double depth = 0.0;
+        for (const Segment& wrong : difference(expected[i], found[i]))
+          depth += depth_of(known.media[0], packet[i / 2].ray, wrong);
+        worst = std::max(worst, depth);
+      }
+    }
+    EXPECT_LT(shadow_rays, last_rays) << extinction;
+    last_rays = shadow_rays;
+    // Three solids whose shadows each may have been missed at both ends, or left out together.
+    EXPECT_LT(worst, 4.0 * kNegligible) << extinction;
+  }
+  EXPECT_EQ(last_rays, 0u) << "nothing is worth a look";
+}
+
+/// Many solids, none of whose shadows matters, are not left out together.
+TEST(SolidShadows, many_that_are_negligible_are_not) {
+  constexpr double kLeast = 0.03, kNegligible = kLeast / 600.0;
+  World world = world_of(false);
+  world.media[0].density = std::make_shared<Haze>();
+  world.media[0].extinction = 1e-3;
+  world.lights.resize(1);
+  world.lights[0] = std::make_shared<Sun>(Vec3d(0.0, 1.0, 0.0));
+  world.shapes.clear();
+  for (int n = 0; n < 40; ++n)
+    world.shapes.push_back(std::make_shared<Ball>(Vec3d(2.0 * n - 40.0, -20.0, 0.0), 0.05, false));
+  std::vector<MarchRay> packet(1);
+  packet[0].ray = {Vec3d(-60.0, -40.0, 0.0), Vec3d(1.0, 0.0, 0.0)};
+  packet[0].segment = {0.0, 120.0};
+  std::vector<std::vector<Segment>> lit(1);
+  EXPECT_GT(SolidShadows(world, kLeast).find(packet, lit), 0u);
+  const double lit_depth = [&] {
+    double depth = 0.0;
+    for (const Segment& stretch : lit[0]) depth += depth_of(world.media[0], packet[0].ray, stretch);
+    return depth;
+  }();
+  const double whole = depth_of(world.media[0], packet[0].ray, packet[0].segment);
+  const double shaded = 40 * 0.1 / 120.0 * whole;  // the haze is the same at one height
+  EXPECT_GT(shaded, 10.0 * kNegligible);
+  EXPECT_NEAR(whole - lit_depth, shaded, 2.0 * kNegligible);
 }
 
 TEST(SolidShadows, none_where_solids_are_behind_the_media) {

@@ -313,6 +313,70 @@ TEST(FormTracer, rays_together_agree_with_one_by_one) {
   EXPECT_GT(crossings, 3000);
 }
 
+/// A union from which something is taken, as windows are from a hull: rays that do not come near what is
+/// taken are met together, the others one by one.
+TEST(FormTracer, rays_together_see_what_is_taken_from_a_union) {
+  RandomForms forms(88);
+  int crossings = 0, behind = 0;
+  for (int n = 0; n < hunt(300); ++n) {
+    const FreeForm whole =
+        joined(Join::unite, ellipsoid({-0.3, 0, 0}, {1, 0.5, 0.6}), ellipsoid({0.4, 0, 0}, {0.4, 1.2, 0.5}));
+    FreeForm form = whole;
+    for (int k = 1 + forms.pick(3); k > 0; --k)
+      form = joined(Join::subtract, form, sphere(forms.point(0.8), forms.uniform(0.1, 0.5)));
+    if (n % 3 == 0) form = joined(Join::unite, form, sphere(forms.point(1), 0.3));
+    const FormTracer tracer(form), of_whole(whole);
+    Bundle b;
+    const Vec3d eye = n % 4 == 0 ? forms.point(0.7) : 4.0 * normalize(forms.direction());
+    for (int i = 0; i < 64; ++i)
+      b.add({eye, normalize(forms.point(1.3) - eye)}, {0, n % 5 == 0 ? 1.0 : 20.0});
+    std::vector<double> t(b.rays.size());
+    std::vector<char> met(b.rays.size(), 0);
+    tracer.first_crossings(b.rays, b.segments, t);
+    tracer.find_met(b.rays, b.segments, met);
+    for (size_t i = 0; i < t.size(); ++i) {
+      const std::optional<double> expected = tracer.first_crossing(b.rays[i], b.segments[i]);
+      ASSERT_EQ(std::isfinite(t[i]), expected.has_value()) << "form " << n << ", ray " << i;
+      ASSERT_EQ(met[i] != 0, expected.has_value()) << "form " << n << ", ray " << i;
+      const std::optional<double> uncut = of_whole.first_crossing(b.rays[i], b.segments[i]);
+      behind += uncut.has_value() && (!expected || *expected > *uncut + 1e-6);
+      if (!expected) continue;
+      ASSERT_NEAR(t[i], *expected, 1e-7) << "form " << n << ", ray " << i;
+      ++crossings;
+    }
+  }
+  EXPECT_GT(crossings, 3000);
+  EXPECT_GT(behind, 300);
+}
+
+TEST(FormTracer, parts_hold_the_solid) {
+  RandomForms forms(89);
+  int crossings = 0, joined_of_parts = 0;
+  for (int n = 0; n < hunt(100); ++n) {
+    FreeForm form = perturbed(sphere(forms.point(1), 0.8), {{sphere(forms.point(1), 0.6), 0.8}});
+    for (int k = forms.pick(4); k > 0; --k) {
+      const Join join = forms.chance(0.6) ? Join::unite : Join::subtract;
+      form = joined(join, form, ellipsoid(forms.point(2), {0.4, 1.5, 0.5}));
+    }
+    const FormTracer tracer(form);
+    const std::vector<Box3d> parts = tracer.part_bounds();
+    joined_of_parts += parts.size() > 1;
+    for (int i = 0; i < 50; ++i) {
+      const Vec3d eye = 6.0 * normalize(forms.direction());
+      const Ray ray{eye, normalize(forms.point(2) - eye)};
+      for (const Segment& stretch : tracer.inside(ray, {0, 20})) {
+        const Vec3d middle = ray.at(0.5 * (stretch.t0 + stretch.t1));
+        ASSERT_TRUE(std::any_of(parts.begin(), parts.end(),
+                                [&](const Box3d& part) { return part.intersects(middle); }))
+            << "form " << n << ", ray " << i;
+        ++crossings;
+      }
+    }
+  }
+  EXPECT_GT(crossings, 1000);
+  EXPECT_GT(joined_of_parts, 30);
+}
+
 /// Bounds over a stretch only shrink so fast: the documents' method looks far more often, and is as exact as
 /// its last halving.
 TEST(FormTracer, subdivision_agrees_and_takes_longer) {

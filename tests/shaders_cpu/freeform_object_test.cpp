@@ -1,6 +1,7 @@
 // The object "freeform": what rays see of a free form.
 #include <cmath>
 #include <limits>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -72,6 +73,36 @@ TEST(FreeFormObject, tells_where_its_shadow_begins_and_ends) {
   ASSERT_EQ(edges.size(), 2u);
   EXPECT_NEAR(edges[0], 4.0, 1e-7);
   EXPECT_NEAR(edges[1], 6.0, 1e-7);
+}
+
+/// What it may shade of a ray is told for each part of it, and holds all that it shades.
+TEST(FreeFormObject, shades_nothing_but_what_it_may) {
+  const World world = world_of(
+      "union = [\"left\", \"right\"]\n"
+      "[freeform.left]\nbase = { ellipsoid = { center = [-3, 0, 0], radii = [1, 0.4, 2] } }\n"
+      "[freeform.right]\nbase = { ellipsoid = { center = [3, 1, 0], radii = [0.3, 0.4, 0.5] } }");
+  const Shape& shape = *world.shapes[0];
+  std::mt19937 random(5);
+  std::normal_distribution<double> normal;
+  int shaded = 0, free = 0;
+  for (int n = 0; n < 300; ++n) {
+    const Vec3d sun = normalize(Vec3d(normal(random), normal(random), normal(random)));
+    const Ray ray{{6.0 * normal(random), 6.0 * normal(random), 6.0 * normal(random)},
+                  normalize(Vec3d(normal(random), normal(random), normal(random)))};
+    std::vector<Segment> stretches;
+    shape.append_shadowable(ray, {0, 20}, sun, stretches);
+    EXPECT_EQ(stretches.size(), 2u);
+    for (double t = 0.0; t < 20.0; t += 0.1) {
+      const bool may_be = std::any_of(stretches.begin(), stretches.end(),
+                                      [&](const Segment& s) { return t >= s.t0 && t <= s.t1; });
+      const bool is = shape.intersect({ray.at(t), sun}, {0, kInf}).has_value();
+      ASSERT_TRUE(may_be || !is) << "ray " << n << ", t " << t;
+      shaded += is;
+      free += !may_be;
+    }
+  }
+  EXPECT_GT(shaded, 500);
+  EXPECT_GT(free, 30000);
 }
 
 TEST(FreeFormObject, refuses_a_form_without_end) {
