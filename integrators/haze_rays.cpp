@@ -21,22 +21,24 @@ constexpr double kRounding = 5.0;
 /// Nodes between `from` and `to`, as many as linear interpolation asks for, are put behind `from`; `to` too.
 void refine(const std::function<double(double)>& depth_at, HazeDepth from, HazeDepth to, double allowed,
             int most_halvings, std::vector<HazeDepth>& nodes) {
-  // Not in the middle alone: a bend beside it, where the way to the sun changes from one face of a box to
-  // another, would be overlooked.
-  constexpr double kProbes[] = {0.5, 0.19, 0.83};
-  HazeDepth middle{};
-  bool is_good = true;
-  for (const double share : kProbes) {
-    const double t = from.t + share * (to.t - from.t), depth = depth_at(t);
-    if (share == 0.5) middle = {t, depth};
-    is_good &= std::abs(from.depth + share * (to.depth - from.depth) - depth) <= allowed;
-    if (!is_good && share == 0.5) break;
-  }
-  if (!is_good && most_halvings > 0 && middle.t > from.t && middle.t < to.t) {
+  const double t_middle = 0.5 * (from.t + to.t);
+  if (!(t_middle > from.t && t_middle < to.t)) return nodes.push_back(to);
+  const HazeDepth middle{t_middle, depth_at(t_middle)};
+  const auto errs_at = [&](double share) {
+    const double t = from.t + share * (to.t - from.t);
+    const HazeDepth &a = t < t_middle ? from : middle, &b = t < t_middle ? middle : to;
+    return std::abs(a.depth + (t - a.t) / (b.t - a.t) * (b.depth - a.depth) - depth_at(t)) > allowed;
+  };
+  // Halves of a parabola err by a quarter of this: there is no need to look where they would by twice of what
+  // is allowed. Both are looked into, beside their middles: a bend, where the way to the sun changes from one
+  // face of a box to another, would be overlooked.
+  constexpr double kTooBent = 8.0;
+  const bool is_too_bent = std::abs(0.5 * (from.depth + to.depth) - middle.depth) > kTooBent * allowed;
+  if (most_halvings > 0 && (is_too_bent || errs_at(0.19) || errs_at(0.83))) {
     refine(depth_at, from, middle, allowed, most_halvings - 1, nodes);
     refine(depth_at, middle, to, allowed, most_halvings - 1, nodes);
   } else {
-    nodes.push_back(to);
+    nodes.insert(nodes.end(), {middle, to});
   }
 }
 
@@ -67,8 +69,10 @@ void HazeRays::place(MarchRay& job, OnRay& own) const {
   own.stretches.assign(m_hazes.size(), {});
   own.depths.assign(m_suns.size(), {});
   own.is_readable = true;
+  double tau = 0.0;
   for (size_t h = 0; h < m_hazes.size(); ++h)
-    own.is_readable &= find_stretch(*m_hazes[h], job, own.stretches[h]);
+    own.is_readable &= find_stretch(*m_hazes[h], job, own.stretches[h], tau);
+  own.depth_error = m_depth_error / opacity(job, tau);
   if (own.is_readable) {
     for (size_t sun = 0; sun < m_suns.size(); ++sun) fill_depths(sun, job, own);
   } else {
@@ -91,7 +95,19 @@ Segment HazeRays::grid_shadows(const Ray& ray, Segment segment) const {
   return hull;
 }
 
-bool HazeRays::find_stretch(const WorldMedium& haze, const MarchRay& job, HazeStretch& stretch) const {
+/// Upper bound of how much of a ray's end is covered, where its hazes have the optical depth `tau`; not far
+/// below what hazes show.
+double HazeRays::opacity(const MarchRay& job, double tau) const {
+  constexpr double kLeast = 1.0 / 64.0;
+  const bool meets_grid = std::any_of(m_grids.begin(), m_grids.end(), [&](const Box3d& grid) {
+    return !clip_to_box(job.ray, job.segment, grid).empty();
+  });
+  return meets_grid ? 1.0 : std::max(1.0 - std::exp(-tau), kLeast);
+}
+
+/// Adds the optical depth of the stretch to `tau`.
+bool HazeRays::find_stretch(const WorldMedium& haze, const MarchRay& job, HazeStretch& stretch,
+                            double& tau) const {
   thread_local std::vector<DensityPiece> pieces;
   FieldCounters counters;
   pieces.clear();
@@ -102,6 +118,7 @@ bool HazeRays::find_stretch(const WorldMedium& haze, const MarchRay& job, HazeSt
       std::all_of(piece.rho.begin(), piece.rho.end(), [&](double rho) { return rho == piece.rho[0]; });
   if (pieces.size() > 1 || (piece.rate == 0.0 && !is_constant)) return false;
   const Segment inside{piece.t0, piece.t1};
+  tau += haze.extinction * column_to(piece, piece.t1);
   stretch = {inside, density_at(piece, piece.rate > 0.0 ? inside.t1 : inside.t0), piece.rate};
   // Kernels know where they are in single precision.
   const double rounding =
@@ -127,7 +144,7 @@ void HazeRays::fill_depths(size_t sun, const MarchRay& job, OnRay& own) const {
   nodes.push_back({range.t0, depth_at(range.t0)});
   for (size_t i = 1; i < ends.size(); ++i) {
     if (!(ends[i] > nodes.back().t)) continue;
-    refine(depth_at, nodes.back(), {ends[i], depth_at(ends[i])}, m_depth_error, kMostHalvings, nodes);
+    refine(depth_at, nodes.back(), {ends[i], depth_at(ends[i])}, own.depth_error, kMostHalvings, nodes);
   }
 }
 

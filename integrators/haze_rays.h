@@ -18,6 +18,7 @@ class HazeRays {
   struct OnRay {
     std::vector<HazeStretch> stretches;          ///< [haze]
     std::vector<std::vector<HazeDepth>> depths;  ///< [sun]
+    double depth_error = 0.0;  ///< what they may err by: the more, the less of the media the ray shows
 
     /// False where some haze is on the ray in a form that kernels do not read: in two stretches, with a
     /// density that is no exponential, or so dense that rounding would tell. The ray then seems to be in
@@ -28,18 +29,18 @@ class HazeRays {
   ///   grids: boxes of the media that may shade hazes
   ///   suns: none where nothing scatters
   ///   bounds: of all media, grids included: depths are wanted there
-  ///   depth_error: what depths may err by
+  ///   depth_error: what depths may err by on a ray that ends in the media
   HazeRays(std::span<const WorldMedium* const> hazes, std::span<const Box3d> grids,
            std::span<const Illumination> suns, const Box3d& bounds, double depth_error);
 
   bool any() const { return !m_hazes.empty(); }
-  double depth_error() const { return m_depth_error; }
 
   /// Gives a ray, whose segment is set, what kernels have to know.
   void place(MarchRay& job, OnRay& own) const;
 
  private:
-  bool find_stretch(const WorldMedium& haze, const MarchRay& job, HazeStretch& stretch) const;
+  bool find_stretch(const WorldMedium& haze, const MarchRay& job, HazeStretch& stretch, double& tau) const;
+  double opacity(const MarchRay& job, double tau) const;
   void fill_depths(size_t sun, const MarchRay& job, OnRay& own) const;
   double depth(size_t sun, const Vec3d& p) const;
   Segment grid_shadows(const Ray& ray, Segment segment) const;

@@ -396,7 +396,7 @@ class MarchTracer final : public Tracer {
     const double value_error =
         passed < 1.0 ? m_level_error + m_march.storage_error(packet.jobs[i].brightest) : 0.0;
     const double haze_error =
-        m_hazes.any() ? (1.0 - passed) * m_hazes.depth_error() * packet.jobs[i].brightest : 0.0;
+        m_hazes.any() ? (1.0 - passed) * packet.hazes[i].depth_error * packet.jobs[i].brightest : 0.0;
     const double sunlit = packet.weights_step == 0 ? packet.sunlit : m_march.sunlit(packet.jobs[i].weights);
     const double cache_error = (1.0 - passed) * m_cache_error * sunlit;
     result.error = kEstimateSafety * marched.error + cache_error + haze_error + stop_error + value_error;

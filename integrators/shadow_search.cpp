@@ -133,7 +133,7 @@ class Search {
 
   /// Returns the optical depth of the piece, at most.
   double add_looks(const SearchedRay& of, const Segment& piece) {
-    constexpr double kFewest = 4.0, kMost = 512.0, kStepsOfError = 4096.0, kPartsOfNegligible = 16.0;
+    constexpr double kFewest = 1.0, kMost = 512.0, kStepsOfError = 4096.0, kPartsOfNegligible = 16.0;
     const Matter matter = matter_on(m_world, of.ray, piece);
     const double depth = matter.sigma * piece.length();
     if (!(matter.sigma > 0.0)) return 0.0;

@@ -60,6 +60,7 @@ uint64_t SolidShadows::find(std::span<MarchRay> jobs, std::span<std::vector<Segm
   const Packet packet = packet_of(jobs);
   std::vector<Segments> shadows(jobs.size()), of_one(jobs.size());
   uint64_t shadow_rays = 0;
+  bool is_any_shaded = false;
   for (size_t light = 0; light < lights; ++light) {
     std::vector<double> left_out(jobs.size(), 0.0);
     for (const Shape* shape : casters[light]) {
@@ -72,10 +73,11 @@ uint64_t SolidShadows::find(std::span<MarchRay> jobs, std::span<std::vector<Segm
     for (size_t i = 0; i < jobs.size(); ++i) {
       const Segments inside = packet.inside[i].empty() ? Segments{} : Segments{packet.inside[i]};
       lit[i * lights + light] = subtract(inside, shadows[i]);
+      is_any_shaded |= !shadows[i].empty();
       shadows[i].clear();
     }
   }
-  for (size_t i = 0; i < jobs.size(); ++i) jobs[i].lit = lit.data() + i * lights;
+  for (size_t i = 0; is_any_shaded && i < jobs.size(); ++i) jobs[i].lit = lit.data() + i * lights;
   return shadow_rays;
 }
 

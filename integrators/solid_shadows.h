@@ -28,7 +28,7 @@ class SolidShadows {
   /// True where a solid with holes may shade some of a packet: what it lets through has no edges to be told.
   bool is_dappled(std::span<const MarchRay> packet) const;
 
-  /// Gives the rays of one packet their lit stretches, where a solid may shade some of them.
+  /// Gives the rays of one packet their lit stretches, where a solid shades some of them.
   ///   lit: [ray][light], to be kept as long as the rays are marched
   /// Returns the number of shadow rays this took.
   uint64_t find(std::span<MarchRay> jobs, std::span<std::vector<Segment>> lit) const;

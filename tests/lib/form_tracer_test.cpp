@@ -327,9 +327,10 @@ TEST(FormTracer, rays_together_see_what_is_taken_from_a_union) {
     if (n % 3 == 0) form = joined(Join::unite, form, sphere(forms.point(1), 0.3));
     const FormTracer tracer(form), of_whole(whole);
     Bundle b;
-    const Vec3d eye = n % 4 == 0 ? forms.point(0.7) : 4.0 * normalize(forms.direction());
-    for (int i = 0; i < 64; ++i)
-      b.add({eye, normalize(forms.point(1.3) - eye)}, {0, n % 5 == 0 ? 1.0 : 20.0});
+    const bool is_inside = n % 4 == 0;
+    const Vec3d eye = is_inside ? forms.point(0.7) : 4.0 * normalize(forms.direction());
+    const Segment segment{0, n % 5 == 0 && !is_inside ? 4.0 : 20.0};
+    for (int i = 0; i < 64; ++i) b.add({eye, normalize(forms.point(1.3) - eye)}, segment);
     std::vector<double> t(b.rays.size());
     std::vector<char> met(b.rays.size(), 0);
     tracer.first_crossings(b.rays, b.segments, t);

@@ -85,7 +85,7 @@ TEST(FreeFormObject, shades_nothing_but_what_it_may) {
   std::mt19937 random(5);
   std::normal_distribution<double> normal;
   int shaded = 0, free = 0;
-  for (int n = 0; n < 300; ++n) {
+  for (int n = 0; n < 900; ++n) {
     const Vec3d sun = normalize(Vec3d(normal(random), normal(random), normal(random)));
     const Ray ray{{6.0 * normal(random), 6.0 * normal(random), 6.0 * normal(random)},
                   normalize(Vec3d(normal(random), normal(random), normal(random)))};
