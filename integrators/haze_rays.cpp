@@ -102,7 +102,7 @@ double HazeRays::opacity(const MarchRay& job, double tau) const {
   const bool meets_grid = std::any_of(m_grids.begin(), m_grids.end(), [&](const Box3d& grid) {
     return !clip_to_box(job.ray, job.segment, grid).empty();
   });
-  return meets_grid ? 1.0 : std::max(1.0 - std::exp(-tau), kLeast);
+  return meets_grid ? 1.0 : std::max(-std::expm1(-tau), kLeast);
 }
 
 /// Adds the optical depth of the stretch to `tau`.

@@ -74,7 +74,7 @@ TEST_F(HazesOnRays, depths_towards_suns_err_as_little_as_told) {
     FieldCounters counters;
     for (const WorldMedium* medium : media)
       tau += medium->extinction * medium->density->column(job.ray, job.segment, kInfinity, counters);
-    ASSERT_LE(own.depth_error * (1.0 - std::exp(-tau)), kAllowed * (1 + 1e-9)) << "ray " << n;
+    ASSERT_LE(own.depth_error * -std::expm1(-tau), kAllowed * (1 + 1e-9)) << "ray " << n;
     if (!clip_to_box(job.ray, job.segment, grid).empty()) {
       ASSERT_EQ(own.depth_error, kAllowed);
     }
