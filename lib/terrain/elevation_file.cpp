@@ -1,17 +1,20 @@
 #include "lib/terrain/elevation_file.h"
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
 #include <cstdint>
 #include <cstring>
-#include <fstream>
 #include <map>
 #include <numbers>
 #include <optional>
 #include <regex>
 #include <string_view>
 #include <system_error>
+
+#include <fcntl.h>
+#include <unistd.h>
 
 #include "lib/core/error.h"
 #include "lib/core/memory_budget.h"
@@ -30,17 +33,46 @@ constexpr float kNoData = std::numeric_limits<float>::quiet_NaN();
   throw Error(ErrorKind::file, file.string(), message);
 }
 
-std::string read_bytes(const fs::path& file) {
-  std::error_code error;
-  const uint64_t size = fs::is_regular_file(file, error) ? fs::file_size(file, error) : 0;
-  if (error) refuse(file, fmt::format("cannot be read: {}", error.message()));
-  if (size == 0) refuse(file, "is missing or empty; expected a file of heights");
-  if (size > memory_budget()) {
-    refuse(file, fmt::format("has {}; expected at most {}", bytes_text(size), bytes_text(memory_budget())));
+/// A file that any thread may read a part of.
+class OpenFile {
+ public:
+  explicit OpenFile(const fs::path& file)
+      : m_file(file), m_descriptor(open(file.c_str(), O_RDONLY | O_CLOEXEC)) {
+    std::error_code error;
+    if (fs::is_regular_file(file, error)) m_size = fs::file_size(file, error);
+    if (m_size == 0 || error || m_descriptor < 0) {
+      if (m_descriptor >= 0) close(m_descriptor);
+      refuse(file, "is missing, empty or cannot be read; expected a file of heights");
+    }
   }
-  std::string bytes(size, '\0');
-  std::ifstream stream(file, std::ios::binary);
-  if (!stream.read(bytes.data(), std::streamsize(size))) refuse(file, "cannot be read");
+  ~OpenFile() { close(m_descriptor); }
+  OpenFile(const OpenFile&) = delete;
+  OpenFile& operator=(const OpenFile&) = delete;
+
+  uint64_t size() const { return m_size; }
+
+  void read(uint64_t at, char* to, size_t count) const {
+    while (count > 0) {
+      const ssize_t got = pread(m_descriptor, to, count, off_t(at));
+      if (got <= 0) refuse(m_file, "cannot be read");
+      to += got, at += uint64_t(got), count -= size_t(got);
+    }
+  }
+
+ private:
+  const fs::path& m_file;
+  int m_descriptor;
+  uint64_t m_size = 0;
+};
+
+std::string read_bytes(const fs::path& file) {
+  const OpenFile open_file(file);
+  if (open_file.size() > memory_budget()) {
+    refuse(file, fmt::format("has {}; expected at most {}", bytes_text(open_file.size()),
+                             bytes_text(memory_budget())));
+  }
+  std::string bytes(open_file.size(), '\0');
+  open_file.read(0, bytes.data(), bytes.size());
   return bytes;
 }
 
@@ -55,10 +87,13 @@ void for_stretches(size_t count, Body&& body) {
 void mark_no_data(HeightTable& table, std::optional<double> no_data) {
   const float mark = no_data ? float(*no_data) : kNoData;
   for_stretches(table.heights.size(), [&](size_t first, size_t end) {
-    for (size_t k = first; k < end; ++k) {
-      const float z = table.heights[k];
-      table.heights[k] = z == mark || !(std::abs(z) <= std::numeric_limits<float>::max()) ? kNoData : z;
-    }
+    const auto is_missing = [&](float z) {
+      return z == mark || !(std::abs(z) <= std::numeric_limits<float>::max());
+    };
+    float* const heights = table.heights.data();
+    int missing = 0;  // most tables have none, and are only looked through
+    for (size_t k = first; k < end; ++k) missing |= int(is_missing(heights[k]));
+    if (missing != 0) std::replace_if(heights + first, heights + end, is_missing, kNoData);
   });
 }
 
@@ -256,14 +291,24 @@ NumberCopy number_copy(char kind, size_t size) {
   }
 }
 
-HeightTable read_npy(const fs::path& file) {
-  const std::string bytes = read_bytes(file);
-  if (bytes.size() < 12 || !bytes.starts_with("\x93NUMPY")) refuse(file, "is no .npy file");
+/// What the header of a .npy file says.
+struct NpyForm {
+  char kind = 'f';
+  size_t size = 4;  ///< of a number [bytes]
+  bool is_big = false, is_fortran = false;
+  int64_t rows = 0, columns = 0;
+  uint64_t start = 0;  ///< of the numbers in the file
+};
+
+NpyForm read_npy_form(const fs::path& file, const OpenFile& open_file) {
+  constexpr size_t kLongest = 4096, kMostBefore = 12;
+  std::string bytes(std::min<uint64_t>(open_file.size(), kLongest + kMostBefore), '\0');
+  open_file.read(0, bytes.data(), bytes.size());
+  if (bytes.size() < kMostBefore || !bytes.starts_with("\x93NUMPY")) refuse(file, "is no .npy file");
   const bool is_first_version = bytes[6] == 1;
-  const size_t start = is_first_version ? 10 : 12;
+  const size_t start = is_first_version ? 10 : kMostBefore;
   const auto byte = [&](size_t at) { return size_t(static_cast<unsigned char>(bytes[at])); };
   const size_t length = byte(8) | byte(9) << 8 | (is_first_version ? 0 : byte(10) << 16 | byte(11) << 24);
-  constexpr size_t kLongest = 4096;
   if (length > kLongest || length > bytes.size() - start) refuse(file, "is cut short in its header");
   const std::string header = bytes.substr(start, length);
   static const std::regex kForm(
@@ -273,28 +318,42 @@ HeightTable read_npy(const fs::path& file) {
   if (!std::regex_match(header, match, kForm)) {
     refuse(file, "is no array of two axes; expected array[row, column] of whole or floating numbers");
   }
-  const char kind = match[2].str()[0];
-  const size_t size = std::stoul(match[3]);
-  if (kind == 'f' && size < 4) refuse(file, "has 16-bit floats; expected <f4 or <f8");
-  const int64_t rows = std::stol(match[5]), columns = std::stol(match[6]);
-  check_table_size(file, columns, rows);
-  const uint64_t count = uint64_t(columns) * uint64_t(rows);
-  if (bytes.size() - start - length != count * size) {
-    refuse(file,
-           fmt::format("has {} bytes of numbers; expected {}", bytes.size() - start - length, count * size));
+  const NpyForm form{
+      match[2].str()[0],   std::stoul(match[3]), match[1].str() == ">", match[4].str() == "True",
+      std::stol(match[5]), std::stol(match[6]),  start + length};
+  if (form.kind == 'f' && form.size < 4) refuse(file, "has 16-bit floats; expected <f4 or <f8");
+  return form;
+}
+
+HeightTable read_npy(const fs::path& file) {
+  const OpenFile open_file(file);
+  const NpyForm form = read_npy_form(file, open_file);
+  check_table_size(file, form.columns, form.rows);
+  const uint64_t count = uint64_t(form.columns) * uint64_t(form.rows);
+  if (open_file.size() - form.start != count * form.size) {
+    refuse(file, fmt::format("has {} bytes of numbers; expected {}", open_file.size() - form.start,
+                             count * form.size));
   }
-  const bool is_big = match[1].str() == ">", is_fortran = match[4].str() == "True";
-  HeightTable table{int(columns), int(rows), HeightValues(count)};
-  if (!is_big && !is_fortran && std::endian::native == std::endian::little) {
-    const NumberCopy copy = number_copy(kind, size);
+  HeightTable table{int(form.columns), int(form.rows), HeightValues(count)};
+  if (!form.is_big && !form.is_fortran && std::endian::native == std::endian::little) {
+    const NumberCopy copy = number_copy(form.kind, form.size);
     for_stretches(count, [&](size_t first, size_t end) {
-      copy(bytes.data() + start + length + first * size, table.heights.data() + first, end - first);
+      std::array<char, 1 << 16> piece;  // stays in the cache
+      const size_t numbers = piece.size() / form.size;
+      for (size_t k = first; k < end; k += numbers) {
+        const size_t here = std::min(numbers, end - k);
+        open_file.read(form.start + k * form.size, piece.data(), here * form.size);
+        copy(piece.data(), table.heights.data() + k, here);
+      }
     });
     return table;
   }
+  const std::string bytes = read_bytes(file);
+  const auto rows = uint64_t(form.rows), columns = uint64_t(form.columns);
   for (uint64_t k = 0; k < count; ++k) {
-    const uint64_t in_file = is_fortran ? k % uint64_t(columns) * uint64_t(rows) + k / uint64_t(columns) : k;
-    table.heights[k] = float(number_at(bytes, start + length + in_file * size, kind, size, is_big));
+    const uint64_t in_file = form.is_fortran ? k % columns * rows + k / columns : k;
+    table.heights[k] =
+        float(number_at(bytes, form.start + in_file * form.size, form.kind, form.size, form.is_big));
   }
   return table;
 }

@@ -59,10 +59,8 @@ class Walk {
   /// that is a small one: it would be entered down to the cells anyway. Blocks begin where they would begin
   /// had the ray been followed from its start.
   void start(Segment inside) {
-    constexpr int kLow = 3;
     const double t = std::max(inside.t0, m_sight.clear);
-    const bool is_near = t > inside.t0 || inside.t0 == m_segment.t0;
-    m_level = is_near ? std::min(m_is_coarse ? kCoarsestPatch : kLow, m_pyramid.top()) : m_pyramid.top();
+    m_level = std::min(first_level(inside, t), m_pyramid.top());
     m_t0 = inside.t0, m_end = inside.t1;
     const int cells[2] = {m_table.cells_x(), m_table.cells_y()};
     for (int axis = 0; axis < 2; ++axis) {
@@ -75,6 +73,15 @@ class Walk {
       if (d != 0.0) m_t0 = std::max(m_t0, m_ray.at_line(axis, behind));
     }
     m_z0 = m_ray.z(m_t0);
+  }
+
+  /// Blocks behind a clear way are as large as the beam of rays was wide to which it was clear, a few pixels.
+  int first_level(Segment inside, double t) const {
+    constexpr int kOnGround = 1, kBeam = 2;
+    if (t == inside.t0 && inside.t0 != m_segment.t0) return m_pyramid.top();
+    if (m_is_coarse) return kCoarsestPatch;
+    if (t == inside.t0) return kOnGround;
+    return kBeam + std::max(std::ilogb(m_sight.spacing + t * m_sight.spreading), 0);
   }
 
   std::optional<HeightHit> walk() {
@@ -124,7 +131,9 @@ class Walk {
       const int first = 2 * m_block[axis];
       m_block[axis] = first + int(m_ray.is_above_line(axis, (first + 1) << m_level, m_t0));
     }
-    return is_on_map();
+    const bool is_there = is_on_map();
+    if (is_there) m_is_coarse ? m_pyramid.fetch_parts(m_level, m_block[0], m_block[1]) : fetch_cells();
+    return is_there;
   }
 
   /// Goes on to the block behind; false where the map ends.
@@ -141,6 +150,17 @@ class Walk {
     m_level += up;
     m_block[0] = i >> up, m_block[1] = j >> up;
     return i >= 0 && j >= 0 && is_on_map();
+  }
+
+  /// Has the memory begin to send what the ray needs within the block: it would else wait for one thing after
+  /// the other.
+  void fetch_cells() const {
+    constexpr int kLevel = 2;
+    if (m_level != kLevel) return;
+    m_pyramid.fetch_parts(kLevel, m_block[0], m_block[1]);
+    const int i = m_block[0] << kLevel, j = m_block[1] << kLevel,
+              last = std::min(j + (1 << kLevel), m_table.cells_y());
+    for (int row = j; row <= last; ++row) __builtin_prefetch(m_table.address(i, row));
   }
 
   bool is_on_map() const {

@@ -24,6 +24,9 @@ struct HeightSight {
   /// At t, a block of cells counts as one patch where the surface deviates from that by at most
   /// coarseness + t * coarsening [heights]. Only for a field that is made for it.
   double coarseness = 0.0, coarsening = 0.0;
+  /// At t, rays of neighbouring pixels are about spacing + t * spreading apart [cells]. Does not change the
+  /// answer.
+  double spacing = 0.0, spreading = 0.0;
 };
 
 /// The surface over a table of heights, a sheet without thickness that is seen from both sides. Space is that

@@ -42,7 +42,7 @@ struct Terrain final : Shape {
 
   HeightField m_field;
   Affine m_grid_from_world;
-  double m_metres_per_height = 1.0;
+  double m_metres_per_height = 1.0, m_cells_per_metre = 1.0;
   Box3d m_bounds;
   double m_reach = 0.0;  ///< [m] from the world's origin to the farthest corner
 
@@ -71,6 +71,7 @@ struct Terrain final : Shape {
     }
     m_grid_from_world = world_from_grid.inverse();
     m_metres_per_height = length(world_from_grid.direction({0.0, 0.0, 1.0}));
+    m_cells_per_metre = 1.0 / length(world_from_grid.direction({1.0, 0.0, 0.0}));
     const auto interpolation =
         m_interpolation == "bicubic" ? HeightInterpolation::bicubic : HeightInterpolation::bilinear;
     m_field = HeightField(std::move(table), interpolation, m_level_of_detail > 0.0);
@@ -112,7 +113,8 @@ struct Terrain final : Shape {
 
   HeightSight height_sight(const RaySight& seen) const {
     const double heights_per_pixel = m_level_of_detail / m_metres_per_height;
-    return {seen.clear, heights_per_pixel * seen.width, heights_per_pixel * seen.widening};
+    return {seen.clear, heights_per_pixel * seen.width, heights_per_pixel * seen.widening,
+            m_cells_per_metre * seen.width, m_cells_per_metre * seen.widening};
   }
 
   /// (column, row, height) to (east, height, south), the middle of the map at the origin.
