@@ -426,12 +426,15 @@ class MarchTracer final : public Tracer {
 
   void bound_errors(const MarchPacket& packet, std::span<RayResult> results, Counters& counters) const {
     RayEnclosure enclosure(*m_enclosed);
+    RayFog fog(m_fog);
     const RayEnclosure::Goal goal{kBoundShare * m_tolerance};
     for (size_t i = 0; i < results.size(); ++i) {
       const Rgb& estimate = results[i].radiance;
-      results[i].bound = error_bound(
-          enclosure.enclose(packet.rays[i], packet.jobs[i].segment, packet.behind[i], estimate, goal),
-          estimate);
+      const Segment segment = packet.jobs[i].segment;
+      if (m_plan.fog) fog.build(packet.rays[i], segment.t1, packet.are_from_camera);
+      const EnclosedRgb exact = enclosure.enclose(packet.rays[i], segment, packet.behind[i], estimate, goal,
+                                                  m_plan.fog ? &fog : nullptr);
+      results[i].bound = error_bound(exact, estimate);
     }
     counters["bound_samples"] += enclosure.counters.density_samples;
     counters["bound_lookups"] += enclosure.depth_lookups;

@@ -4,6 +4,7 @@
 #include <span>
 #include <vector>
 
+#include "lib/math/absolute.h"
 #include "lib/math/vec.h"
 #include "lib/volume/density_field.h"
 
@@ -26,6 +27,11 @@ struct EnclosedRgb {
     return *this;
   }
 };
+
+/// colour * number, enclosed.
+inline EnclosedRgb scaled(const Rgb& colour, const Enclosed& number) {
+  return {colour * number.mid, absolute(colour) * number.half};
+}
 
 /// The Gauss–Legendre rule of 8 points on [0, 1], exact for polynomials of degree 15.
 struct GaussLegendre8 {

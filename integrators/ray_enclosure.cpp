@@ -18,11 +18,6 @@ Rgb larger(const Rgb& a, const Rgb& b) {
   return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)};
 }
 
-/// colour * number, enclosed.
-EnclosedRgb scaled(const Rgb& colour, const Enclosed& number) {
-  return {colour * number.mid, absolute(colour) * number.half};
-}
-
 }  // namespace
 
 double error_bound(const EnclosedRgb& exact, const Rgb& estimate) {
@@ -69,9 +64,10 @@ RayEnclosure::RayEnclosure(const EnclosedWorld& enclosed)
 }
 
 EnclosedRgb RayEnclosure::enclose(const Ray& ray, Segment segment, const Rgb& behind, const Rgb& estimate,
-                                  const Goal& goal) {
+                                  const Goal& goal, const RayFog* fog) {
   m_ray = ray;
-  m_profile.build(m_world, ray, segment, {}, counters);
+  m_fog = fog;
+  m_profile.build(m_world, ray, segment, fog_edges(segment), counters);
   set_weights(-ray.d);
   cut_stretches(ray);
   if (m_stretches.empty()) return {behind, Rgb(0.0)};
@@ -81,6 +77,12 @@ EnclosedRgb RayEnclosure::enclose(const Ray& ray, Segment segment, const Rgb& be
   EnclosedRgb total{passed, Rgb(rounding(behind, m_stretches.back().t1))};
   for (const Stretch& stretch : m_stretches) total += stretch.radiance;
   return total;
+}
+
+std::vector<double> RayEnclosure::fog_edges(Segment segment) const {
+  std::vector<double> edges = m_fog ? m_fog->edges() : std::vector<double>{};
+  std::erase_if(edges, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
+  return edges;
 }
 
 /// Refines the stretches, those first where it pays most, until their sum is narrow enough.
@@ -142,6 +144,7 @@ void RayEnclosure::cut_stretches(const Ray& ray) {
   m_stretches.clear();
   m_depths.clear();
   m_slopes.clear();
+  m_fog_light = Rgb(0.0);
   const auto& spans = m_profile.spans();
   for (size_t i = 0; i < spans.size(); ++i) {
     add_stretches(ray, i, i > 0 && spans[i - 1].t1 == spans[i].t0);
@@ -171,6 +174,7 @@ void RayEnclosure::add_stretches(const Ray& ray, size_t span, bool is_joined) {
     load_part(span, stretch.t0, stretch.t1, stretch.tau0);
     stretch.radiance = unlit(stretch.t0, stretch.t1);
     stretch.radiance += any_light();
+    m_fog_light = larger(m_fog_light, m_part.fog_front());
     m_stretches.push_back(std::move(stretch));
   }
 }
@@ -180,12 +184,13 @@ void RayEnclosure::load_part(size_t span, double t0, double t1, double tau0) {
     const DensityPiece* piece = m_profile.piece_of(span, m);
     m_pieces[m] = piece ? part_of(*piece, t0, t1) : DensityPiece{};
   }
-  m_part.set(t0, t1, tau0, m_pieces, m_extinction);
+  m_part.set(t0, t1, tau0, m_pieces, m_extinction, m_fog);
 }
 
-/// What needs no light: the media's own, and that of the sky around, which is linear in height.
+/// What needs no suns: the fog's light and the media's own, and that of the sky around, which is linear in
+/// height.
 EnclosedRgb RayEnclosure::unlit(double t0, double t1) const {
-  EnclosedRgb sum;
+  EnclosedRgb sum = m_part.fog_light();
   for (size_t m = 0; m < m_world.media.size(); ++m) {
     const WorldMedium& medium = m_world.media[m];
     if (m_enclosed.plan().emission) sum += scaled(medium.emission, m_part.seen(m));
@@ -334,7 +339,7 @@ int RayEnclosure::depths_at(double t) {
 /// off by a few ulp of the distance, to optical depths.
 double RayEnclosure::rounding(const Rgb& behind, double distance) const {
   constexpr double kRelative = 1e-10, kUlps = 32.0;
-  double brightest = 0.0, per_metre = 0.0, glow = 0.0;
+  double brightest = largest(m_fog_light), per_metre = 0.0, glow = 0.0;
   for (size_t m = 0; m < m_world.media.size(); ++m) {
     const WorldMedium& medium = m_world.media[m];
     const double sky = largest(medium.albedo * larger(medium.ambient.bottom, medium.ambient.top));

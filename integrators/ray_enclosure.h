@@ -4,8 +4,9 @@
 #include <vector>
 
 #include "integrators/march_scene.h"
-#include "integrators/part_integrals.h"
+#include "integrators/ray_fog.h"
 #include "integrators/ray_profile.h"
+#include "integrators/veiled_part.h"
 #include "lib/volume/curvature_grid.h"
 
 namespace pileus {
@@ -59,8 +60,9 @@ class RayEnclosure {
   /// The radiance of a ray.
   ///   behind: radiance that arrives from the end of the segment
   ///   estimate: what the interval will be compared with
+  ///   fog: along the ray, and already in front of `behind`; null: none
   EnclosedRgb enclose(const Ray& ray, Segment segment, const Rgb& behind, const Rgb& estimate,
-                      const Goal& goal);
+                      const Goal& goal, const RayFog* fog = nullptr);
 
   FieldCounters counters;      ///< of exact depths
   uint64_t depth_lookups = 0;  ///< exact depths, and bounds of their variation
@@ -90,6 +92,7 @@ class RayEnclosure {
     EnclosedRgb radiance;
   };
 
+  std::vector<double> fog_edges(Segment segment) const;
   void narrow(const Rgb& estimate, const Goal& goal);
   void set_weights(const Vec3d& wo);
   void cut_stretches(const Ray& ray);
@@ -115,8 +118,10 @@ class RayEnclosure {
   const World& m_world;
   size_t m_lights, m_terms = 1;
   Ray m_ray;
+  const RayFog* m_fog = nullptr;  ///< along the ray; null: none
+  Rgb m_fog_light;                ///< the brightest that has been met, of the fog in front of a stretch
   RayProfile m_profile;
-  PartIntegrals m_part;
+  VeiledPart m_part;
   std::vector<double> m_extinction;    ///< of each medium
   std::vector<DensityPiece> m_pieces;  ///< of each medium, of the part at hand
   std::vector<Rgb> m_weights;          ///< [medium][light][term]: radiance per optical depth of the medium

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <fmt/format.h>
 
@@ -40,6 +41,18 @@ void RayFog::build(const Ray& ray, double t_end, bool is_from_camera) {
 
 double RayFog::tau_to(double t) const {
   return m_setup.alone ? -std::log(m_setup.alone->shown(distance(t))) : m_fog.tau_to(t);
+}
+
+FogRange RayFog::between(double t0, double t1) const {
+  if (!m_setup.alone) return m_fog.between(t0, t1);
+  const Fading& fading = *m_setup.alone;
+  const double depth0 = tau_to(t0), depth1 = tau_to(t1);
+  // By its law the depth is convex; from a table it still grows.
+  double bend = depth1 - depth0;
+  if (fading.per != Fading::Per::table)
+    bend = 2.0 * std::abs(tau_to(0.5 * (t0 + t1)) - 0.5 * (depth0 + depth1));
+  if (!std::isfinite(depth1)) bend = std::numeric_limits<double>::infinity();
+  return {bend, fading.colour, fading.colour};
 }
 
 std::vector<double> RayFog::edges() const {

@@ -43,6 +43,9 @@ class RayFog {
   /// Optical depth of the fog in front of t.
   double tau_to(double t) const;
 
+  /// Between t0 and t1, with no edge between them.
+  FogRange between(double t0, double t1) const;
+
   /// Where it is not smooth.
   std::vector<double> edges() const;
 

@@ -187,6 +187,26 @@ double FogOnRay::tau_to(double t) const {
   return span ? tau_to(*span, t) : 0.0;
 }
 
+FogRange FogOnRay::between(double t0, double t1) const {
+  FogRange range;
+  const Span* span = span_of(t0);
+  if (!span || t0 >= span->t1) return range;
+  const std::span<const FogPiece> pieces = pieces_of(*span);
+  const double s0 = t0 - span->t0, s1 = std::min(t1, span->t1) - span->t0;
+  for (const FogPiece& piece : pieces) {
+    range.bend += depth_bend(piece, s0, s1);
+    for (const double s : {s0, s1}) {
+      const Rgb gain = pieces.size() == 1 ? light_per_loss(piece, s) : source_at(piece, s);
+      const bool is_first = &piece == pieces.data() && s == s0;
+      for (int c = 0; c < 3; ++c) {
+        range.least[c] = is_first ? gain[c] : std::min(range.least[c], gain[c]);
+        range.most[c] = is_first ? gain[c] : std::max(range.most[c], gain[c]);
+      }
+    }
+  }
+  return range;
+}
+
 double FogOnRay::depth_inverse(double tau) const {
   for (const Span& span : m_spans) {
     const std::span<const FogPiece> pieces = pieces_of(span);

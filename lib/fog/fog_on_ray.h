@@ -17,6 +17,12 @@ struct Veil {
   Rgb over(const Rgb& behind) const { return transmittance * behind + light; }
 };
 
+/// What is known of fog between two places of a ray.
+struct FogRange {
+  double bend = 0.0;          ///< its optical depth is within this of linear; may be infinite
+  Rgb least{0.0}, most{0.0};  ///< what its light grows by, per transmittance that is lost
+};
+
 /// All fog along one ray. Where fogs overlap, extinctions add up and each shows its colour by its share:
 ///   tau(t) = sum of tau_i(t),  light(t) = integral from 0 to t of sum_i sigma_i c_i exp(-tau) ds
 /// Closed form where one piece is alone or all are homogeneous; else quadrature to the accuracy asked for.
@@ -36,6 +42,9 @@ class FogOnRay {
 
   /// Optical depth of all fog up to t.
   double tau_to(double t) const;
+
+  /// Between t0 and t1, with no edge between them.
+  FogRange between(double t0, double t1) const;
 
   /// The inverse: where on the ray the optical depth of all fog reaches tau; +inf where it does not.
   double depth_inverse(double tau) const;

@@ -79,11 +79,24 @@ double depth_inverse(const FogPiece& piece, double tau) {
   return 0.0;
 }
 
+double depth_bend(const FogPiece& piece, double s0, double s1) {
+  const double depth0 = depth_to(piece, s0), depth1 = depth_to(piece, s1);
+  if (!std::isfinite(depth1)) return kInfinity;
+  // A convex function stays above the lines from its ends through its middle.
+  return 2.0 * std::abs(depth_to(piece, 0.5 * (s0 + s1)) - 0.5 * (depth0 + depth1));
+}
+
 Rgb source_at(const FogPiece& piece, double s) {
   if (piece.source == FogPiece::Source::sunlit) {
     return piece.colour * transmittance(piece.sun_depth + product(piece.sun_slope, s));
   }
   return plain_source(piece, depth_to(piece, s));
+}
+
+Rgb light_per_loss(const FogPiece& piece, double s) {
+  if (piece.source != FogPiece::Source::mean || piece.colour_slope == Rgb(0.0)) return source_at(piece, s);
+  const double tau = depth_to(piece, s);
+  return piece.colour + piece.colour_slope * (0.5 * (std::expm1(tau) + tau));
 }
 
 Rgb light_to(const FogPiece& piece, double s) {

@@ -45,8 +45,16 @@ double depth_to(const FogPiece& piece, double s);
 /// at.
 double depth_inverse(const FogPiece& piece, double tau);
 
+/// How far the optical depth between s0 and s1 is from linear, at most: it is convex or concave by every law.
+/// May be infinite.
+double depth_bend(const FogPiece& piece, double s0, double s1);
+
 /// The source function at s: what the fog shows where it is opaque [W/(m2 sr)].
 Rgb source_at(const FogPiece& piece, double s);
+
+/// What the light of the first s metres grows by there, per transmittance that is lost: the source function,
+/// but for the legacy source. Monotone in s.
+Rgb light_per_loss(const FogPiece& piece, double s);
 
 /// Radiance that the first s metres send to the near end.
 Rgb light_to(const FogPiece& piece, double s);

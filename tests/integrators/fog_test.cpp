@@ -168,12 +168,12 @@ TEST(Fog, march_keeps_its_tolerance_and_its_own_rays) {
   }
 }
 
-TEST(Fog, march_says_why_there_is_no_bound_through_it) {
+TEST(Fog, march_says_why_there_is_no_bound_through_several) {
   const MarchScenes scenes;
   const PictureScene march("\"march\"",
                            "aovs = \"beauty, error_bound\"\n" + scenes.text_of("blob") + kMixedFog, 0.01);
   ASSERT_FALSE(march.tracer().choices().empty());
-  EXPECT_NE(march.tracer().choices().front().find("no bound is known through fog"), std::string::npos);
+  EXPECT_NE(march.tracer().choices().front().find("no bound is known through several fogs"), std::string::npos);
 }
 
 }  // namespace
