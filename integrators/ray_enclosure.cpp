@@ -27,7 +27,7 @@ double error_bound(const EnclosedRgb& exact, const Rgb& estimate) {
 }
 
 EnclosedWorld::EnclosedWorld(const World& world, const EffectPlan& plan, const MarchWorld& march)
-    : m_world(world), m_plan(plan), m_march(march) {
+    : m_world(world), m_plan(plan), m_march(march), m_shades(world, plan) {
   for (const WorldMedium& medium : world.media) {
     const bool is_needed = plan.scattering && medium.extinction > 0.0;
     m_pyramids.push_back(is_needed ? std::make_shared<const BrickPyramid>(*medium.density->bricks())
@@ -87,11 +87,14 @@ std::vector<double> RayEnclosure::fog_edges(Segment segment) const {
 
 /// Refines the stretches, those first where it pays most, until their sum is narrow enough.
 void RayEnclosure::narrow(const Rgb& estimate, const Goal& goal) {
+  constexpr double kOfSettled = 0.1;
   EnclosedRgb total;
+  Rgb settled(0.0);
   std::vector<std::pair<double, size_t>> queue;  // what dividing a stretch once more is worth
   const auto enqueue = [&](size_t i) {
     const Stretch& stretch = m_stretches[i];
-    queue.emplace_back(largest(stretch.radiance.half) / double(std::max<size_t>(1, stretch.parts.size())), i);
+    const double width = largest(stretch.radiance.half - stretch.settled);
+    queue.emplace_back(width / double(std::max<size_t>(1, stretch.parts.size())), i);
     std::push_heap(queue.begin(), queue.end());
   };
   for (size_t i = 0; i < m_stretches.size(); ++i) {
@@ -101,7 +104,8 @@ void RayEnclosure::narrow(const Rgb& estimate, const Goal& goal) {
   const uint64_t last_lookup = depth_lookups + goal.most_lookups;
   for (size_t round = 0; round < goal.most_lookups && depth_lookups < last_lookup; ++round) {
     const double width = largest(total.half), distance = largest(estimate - total.mid);
-    const bool is_narrow = width <= std::max(goal.half_width, goal.share * distance);
+    const double enough = std::max(goal.half_width, goal.share * distance);
+    const bool is_narrow = width <= enough || largest(total.half - settled) <= kOfSettled * largest(settled);
     if (is_narrow || !(queue.front().first > 0.0)) break;
     std::pop_heap(queue.begin(), queue.end());
     const size_t i = queue.back().second;
@@ -109,8 +113,10 @@ void RayEnclosure::narrow(const Rgb& estimate, const Goal& goal) {
     Stretch& stretch = m_stretches[i];
     total.mid -= stretch.radiance.mid;
     total.half -= stretch.radiance.half;
+    settled -= stretch.settled;
     refine(stretch, i);
     total += stretch.radiance;
+    settled += stretch.settled;
     enqueue(i);
   }
 }
@@ -118,8 +124,8 @@ void RayEnclosure::narrow(const Rgb& estimate, const Goal& goal) {
 void RayEnclosure::set_weights(const Vec3d& wo) {
   const size_t media = m_world.media.size();
   m_weights.assign(media * m_lights * m_terms, Rgb(0.0));
-  m_darkest.assign(media, Rgb(0.0));
-  m_brightest.assign(media, Rgb(0.0));
+  m_darkest.assign(media * m_lights, Rgb(0.0));
+  m_brightest.assign(media * m_lights, Rgb(0.0));
   m_steepest = 0.0;
   for (size_t m = 0; m < media; ++m) {
     const WorldMedium& medium = m_world.media[m];
@@ -131,8 +137,8 @@ void RayEnclosure::set_weights(const Vec3d& wo) {
         const ScatterTerm& term = medium.scattering[k];
         const Rgb weight = medium.albedo * sun.irradiance * phase_weight(term, p);
         m_weights[(m * m_lights + l) * m_terms + k] = weight;
-        m_brightest[m] += larger(weight, Rgb(0.0));
-        m_darkest[m] -= larger(-weight, Rgb(0.0));
+        m_brightest[m * m_lights + l] += larger(weight, Rgb(0.0));
+        m_darkest[m * m_lights + l] -= larger(-weight, Rgb(0.0));
         steepness += largest(weight) * term.extinction;
       }
     }
@@ -173,7 +179,8 @@ void RayEnclosure::add_stretches(const Ray& ray, size_t span, bool is_joined) {
     stretch.is_joined = n > 0 || is_joined;
     load_part(span, stretch.t0, stretch.t1, stretch.tau0);
     stretch.radiance = unlit(stretch.t0, stretch.t1);
-    stretch.radiance += any_light();
+    for (size_t l = 0; l < m_lights; ++l) stretch.shades.push_back(shade_between(l, stretch.t0, stretch.t1));
+    stretch.radiance += any_light(stretch.shades);
     m_fog_light = larger(m_fog_light, m_part.fog_front());
     m_stretches.push_back(std::move(stretch));
   }
@@ -206,16 +213,23 @@ EnclosedRgb RayEnclosure::unlit(double t0, double t1) const {
   return sum;
 }
 
-/// Scattered light of suns of which nothing is known.
-EnclosedRgb RayEnclosure::any_light() const {
+/// Scattered light of suns of which no more is known than where solids keep them from.
+EnclosedRgb RayEnclosure::any_light(const std::vector<Shade>& shades) const {
   EnclosedRgb sum;
   for (size_t m = 0; m < m_world.media.size(); ++m) {
     const Enclosed& seen = m_part.seen(m);
-    const Rgb middle = 0.5 * m_extinction[m] * (m_brightest[m] + m_darkest[m]);
-    sum += scaled(middle, seen);
-    sum.half += 0.5 * m_extinction[m] * seen.most() * (m_brightest[m] - m_darkest[m]);
+    for (size_t l = 0; l < m_lights; ++l) {
+      if (shades[l] == Shade::all) continue;
+      const Rgb &darkest = m_darkest[m * m_lights + l], &brightest = m_brightest[m * m_lights + l];
+      sum += scaled(0.5 * m_extinction[m] * (brightest + darkest), seen);
+      sum.half += 0.5 * m_extinction[m] * seen.most() * (brightest - darkest);
+    }
   }
   return sum;
+}
+
+Shade RayEnclosure::shade_between(size_t light, double t0, double t1) const {
+  return m_enclosed.shades().between(light, m_ray.at(t0), m_ray.at(t1), position_error(t1));
 }
 
 void RayEnclosure::refine(Stretch& stretch, size_t index) {
@@ -245,14 +259,14 @@ void RayEnclosure::look_at_light(Stretch& stretch, size_t index) {
   stretch.parts.push_back(make_part(stretch, stretch.t0, stretch.t1, stretch.end0, stretch.end1));
 }
 
-/// Halves the parts that contribute more than half as much as the worst.
+/// Halves the parts that contribute more than half as much as the worst of those that may still get narrower.
 void RayEnclosure::divide_parts(Stretch& stretch) {
   double worst = 0.0;
   for (const Part& part : stretch.parts) worst = std::max(worst, part.width);
   std::vector<Part> parts;
   for (const Part& part : stretch.parts) {
     const double t = 0.5 * (part.t0 + part.t1);
-    if (part.width < 0.5 * worst || !(t > part.t0 && t < part.t1)) {
+    if (!(part.width > 0.0) || part.width < 0.5 * worst || !(t > part.t0 && t < part.t1)) {
       parts.push_back(part);
       continue;
     }
@@ -278,7 +292,7 @@ RayEnclosure::Part RayEnclosure::make_part(const Stretch& stretch, double t0, do
   Rgb fine = part.fine.half;
   for (size_t l = 0; l < m_lights; ++l) fine += m_slopes[part.slopes + l] * stretch.variation[l];
   part.is_rough = largest(part.rough.half) <= largest(fine);
-  part.width = part.is_rough ? largest(part.rough.half) : largest(fine);
+  part.width = largest((part.is_rough ? part.rough.half : fine) - part.settled);
   return part;
 }
 
@@ -287,6 +301,10 @@ RayEnclosure::Part RayEnclosure::make_part(const Stretch& stretch, double t0, do
 void RayEnclosure::enclose_light(const Stretch& stretch, Part& part) {
   const double share = (part.t1 - part.t0) / (stretch.t1 - stretch.t0);
   for (size_t l = 0; l < m_lights; ++l) {
+    const Shade shade =
+        stretch.shades[l] == Shade::unknown ? shade_between(l, part.t0, part.t1) : stretch.shades[l];
+    if (shade == Shade::all) continue;
+    const bool is_settled = shade == Shade::unknown && share <= m_enclosed.shades().finest(l);
     const double depth0 = m_depths[size_t(part.end0) * m_lights + l],
                  depth1 = m_depths[size_t(part.end1) * m_lights + l];
     const double apart = 0.25 * share * stretch.variation[l];
@@ -303,8 +321,16 @@ void RayEnclosure::enclose_light(const Stretch& stretch, Part& part) {
       for (size_t k = 0; k < terms.size(); ++k) {
         const double a = terms[k].extinction;
         const Rgb colour = m_extinction[m] * weight(m, l, k);
-        part.fine += scaled(colour, m_part.seen_dimmed(m, a * depth0, a * depth1));
         const double bright = transmittance(a * least), dark = transmittance(a * most);
+        if (shade == Shade::unknown) {  // any share of the light
+          const EnclosedRgb any{0.5 * bright * seen.most() * colour,
+                                0.5 * bright * seen.most() * absolute(colour)};
+          part.fine += any;
+          part.rough += any;
+          if (is_settled) part.settled += any.half;
+          continue;
+        }
+        part.fine += scaled(colour, m_part.seen_dimmed(m, a * depth0, a * depth1));
         m_slopes[part.slopes + l] += absolute(colour) * (a * bright * off_linear);
         part.rough += scaled(colour * (0.5 * (bright + dark)), seen);
         part.rough.half += absolute(colour) * (0.5 * (bright - dark) * seen.most());
@@ -317,7 +343,11 @@ void RayEnclosure::enclose_light(const Stretch& stretch, Part& part) {
 /// most harm, but only once.
 void RayEnclosure::sum_up(Stretch& stretch) const {
   stretch.radiance = {};
-  for (const Part& part : stretch.parts) stretch.radiance += part.is_rough ? part.rough : part.fine;
+  stretch.settled = Rgb(0.0);
+  for (const Part& part : stretch.parts) {
+    stretch.radiance += part.is_rough ? part.rough : part.fine;
+    stretch.settled += part.settled;
+  }
   for (size_t l = 0; l < m_lights; ++l) {
     Rgb worst(0.0);
     for (const Part& part : stretch.parts) {
@@ -335,23 +365,30 @@ int RayEnclosure::depths_at(double t) {
   return int(m_depths.size() / std::max<size_t>(1, m_lights)) - 1;
 }
 
+/// How far a point of the ray may lie from where it should [m].
+double RayEnclosure::position_error(double t) const {
+  constexpr double kUlps = 32.0;
+  return kUlps * std::numeric_limits<double>::epsilon() * (length(m_ray.o) + t);
+}
+
 /// What rounding can do: sums and functions in double to everything that adds up, and positions, which are
 /// off by a few ulp of the distance, to optical depths.
 double RayEnclosure::rounding(const Rgb& behind, double distance) const {
-  constexpr double kRelative = 1e-10, kUlps = 32.0;
+  constexpr double kRelative = 1e-10;
   double brightest = largest(m_fog_light), per_metre = 0.0, glow = 0.0;
   for (size_t m = 0; m < m_world.media.size(); ++m) {
     const WorldMedium& medium = m_world.media[m];
     const double sky = largest(medium.albedo * larger(medium.ambient.bottom, medium.ambient.top));
-    brightest += largest(m_brightest[m]) + largest(m_darkest[m]) + sky;
+    brightest += sky;
+    for (size_t l = 0; l < m_lights; ++l)
+      brightest += largest(m_brightest[m * m_lights + l]) + largest(m_darkest[m * m_lights + l]);
     per_metre += medium.extinction * medium.density->max_density();
     const double seen =
         medium.extinction > 0.0 ? std::min(1.0 / medium.extinction, column_of(m)) : column_of(m);
     glow += largest(medium.emission) * seen;
   }
   const double opaque = opacity_from_tau(m_profile.tau());
-  const double off =
-      per_metre * kUlps * std::numeric_limits<double>::epsilon() * (length(m_ray.o) + distance);
+  const double off = per_metre * position_error(distance);
   const double radiance = brightest * opaque + glow + largest(behind);
   return kRelative * radiance + std::min(1.0, off) * (radiance + brightest) +
          opaque * std::min(m_steepest * off, brightest);

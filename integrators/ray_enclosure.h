@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "integrators/march_scene.h"
+#include "integrators/media_shades.h"
 #include "integrators/ray_fog.h"
 #include "integrators/ray_profile.h"
 #include "integrators/veiled_part.h"
@@ -20,6 +21,7 @@ class EnclosedWorld {
   const World& world() const { return m_world; }
   const MarchWorld& march() const { return m_march; }
   const EffectPlan& plan() const { return m_plan; }
+  const MediaShades& shades() const { return m_shades; }
 
   /// Upper bound of the total variation of d(tau)/ds, where tau(s) is the optical depth from
   /// middle + s * step towards a light, s in [-1/2, 1/2]. World space.
@@ -31,6 +33,7 @@ class EnclosedWorld {
   const World& m_world;
   const EffectPlan& m_plan;
   const MarchWorld& m_march;
+  MediaShades m_shades;
   std::vector<std::shared_ptr<const BrickPyramid>> m_pyramids;  ///< of the voxels as they are, in floats
   std::vector<std::unique_ptr<CurvatureGrid>> m_curvatures;     ///< null where nothing is dimmed
 };
@@ -77,8 +80,9 @@ class RayEnclosure {
     size_t slopes;      ///< of m_slopes
     EnclosedRgb rough;  ///< whatever the variation of depths does between the ends
     EnclosedRgb fine;   ///< for depths that are linear; slopes * variation comes on top
+    Rgb settled{0.0};   ///< of its width, what stays however often it is divided
     bool is_rough = false;
-    double width = 0.0;  ///< its part of the stretch's, in the widest channel
+    double width = 0.0;  ///< the rest of it, in the widest channel
   };
 
   /// At most a cell of every medium in it.
@@ -87,9 +91,11 @@ class RayEnclosure {
     double t0, t1, tau0;
     int end0 = kUnknown, end1 = kUnknown;
     bool is_joined = false;         ///< begins where the one before ends
+    std::vector<Shade> shades;      ///< [light]
     std::vector<double> variation;  ///< [light] of d(depth)/ds along the stretch
     std::vector<Part> parts;        ///< none before anything is known about light
     EnclosedRgb radiance;
+    Rgb settled{0.0};  ///< of its width: that of the parts
   };
 
   std::vector<double> fog_edges(Segment segment) const;
@@ -99,7 +105,8 @@ class RayEnclosure {
   void add_stretches(const Ray& ray, size_t span, bool is_joined);
   void load_part(size_t span, double t0, double t1, double tau0);
   EnclosedRgb unlit(double t0, double t1) const;
-  EnclosedRgb any_light() const;
+  EnclosedRgb any_light(const std::vector<Shade>& shades) const;
+  Shade shade_between(size_t light, double t0, double t1) const;
   void refine(Stretch& stretch, size_t index);
   void look_at_light(Stretch& stretch, size_t index);
   void divide_parts(Stretch& stretch);
@@ -107,6 +114,7 @@ class RayEnclosure {
   void enclose_light(const Stretch& stretch, Part& part);
   void sum_up(Stretch& stretch) const;
   int depths_at(double t);
+  double position_error(double t) const;
   double rounding(const Rgb& behind, double distance) const;
   double column_of(size_t m) const;
 
@@ -125,7 +133,7 @@ class RayEnclosure {
   std::vector<double> m_extinction;    ///< of each medium
   std::vector<DensityPiece> m_pieces;  ///< of each medium, of the part at hand
   std::vector<Rgb> m_weights;          ///< [medium][light][term]: radiance per optical depth of the medium
-  std::vector<Rgb> m_darkest, m_brightest;  ///< [medium]: range of what it scatters of all lights
+  std::vector<Rgb> m_darkest, m_brightest;  ///< [medium][light]: range of what it scatters
   double m_steepest = 0.0;                  ///< most that it changes per optical depth, of all media
   std::vector<Stretch> m_stretches;
   std::vector<double> m_depths;  ///< [end][light]

@@ -11,18 +11,20 @@
 ///
 /// Has no thickness, and both sides are seen. For glass, the inside is the side that the normal leads away
 /// from.
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "lib/core/param_table.h"
 #include "lib/math/offset_point.h"
 #include "lib/math/unit_vector.h"
+#include "lib/scene/known_shadow.h"
 #include "lib/scene/shape.h"
 
 namespace pileus {
 namespace {
 
-struct Plane final : Shape {
+struct Plane final : Shape, KnownShadow {
   Vec3d m_point{0.0, 0.0, 0.0};
   Vec3d m_normal{0.0, 1.0, 0.0};
   Vec3d m_n;
@@ -58,6 +60,15 @@ struct Plane final : Shape {
       if (intersect({corner, towards_sun}, {0.0, std::numeric_limits<double>::infinity()})) return true;
     }
     return !(std::isfinite(box.min.length2()) && std::isfinite(box.max.length2()));
+  }
+  /// Height above the plane is linear along a line.
+  Shade shade_between(const Vec3d& p0, const Vec3d& p1, const Vec3d& wi, double off) const override {
+    constexpr double kRounding = 1e-11;
+    const double margin = off + kRounding * (length(p0) + length(p1) + length(m_point));
+    const double h0 = dot(m_n, p0 - m_point), h1 = dot(m_n, p1 - m_point), up = dot(m_n, wi);
+    const bool is_one_sided = std::min(std::abs(h0), std::abs(h1)) > margin && (h0 > 0.0) == (h1 > 0.0);
+    if (!is_one_sided || std::abs(up) < kRounding) return Shade::unknown;
+    return (h0 > 0.0) == (up > 0.0) ? Shade::none : Shade::all;
   }
   Box3d bounds() const override {
     Box3d everything;

@@ -11,15 +11,18 @@
 ///
 /// Seen from inside as well as from outside. Hits are accurate for small spheres far away and for planets
 /// underfoot alike. ref: METHODS 5.8
+#include <algorithm>
+
 #include "lib/core/param_table.h"
 #include "lib/math/offset_point.h"
 #include "lib/math/roots.h"
+#include "lib/scene/known_shadow.h"
 #include "lib/scene/shape.h"
 
 namespace pileus {
 namespace {
 
-struct Sphere final : Shape {
+struct Sphere final : Shape, KnownShadow {
   Vec3d m_center{0.0, 0.0, 0.0};
   double m_radius = 1.0;
 
@@ -45,6 +48,20 @@ struct Sphere final : Shape {
     t.insert(t.end(), edges.begin(), edges.end());
   }
   bool knows_shadow_edges() const override { return true; }
+  /// The shadow is all that lies within the radius of the half line from the centre away from the sun. The
+  /// distance from that is convex along a line, and changes no faster than the point moves.
+  Shade shade_between(const Vec3d& p0, const Vec3d& p1, const Vec3d& wi, double off) const override {
+    constexpr double kRounding = 1e-11;
+    const double margin = off + kRounding * (length(p0) + length(p1) + length(m_center) + m_radius);
+    const auto distance = [&](const Vec3d& p) {
+      const Vec3d q = p - m_center;
+      const double ahead = dot(q, wi);
+      return ahead >= 0.0 ? length(q) : length(q - ahead * wi);
+    };
+    if (std::max(distance(p0), distance(p1)) < m_radius - margin) return Shade::all;
+    const double nearest = distance(0.5 * (p0 + p1)) - 0.5 * length(p1 - p0);
+    return nearest > m_radius + margin ? Shade::none : Shade::unknown;
+  }
   Box3d bounds() const override {
     const Vec3d half(m_radius, m_radius, m_radius);
     return {m_center - half, m_center + half};

@@ -53,6 +53,9 @@ class CarefulRadiance {
     m_ray = ray;
     m_fog = fog;
     std::vector<double> cuts = fog ? fog->edges() : std::vector<double>{};
+    for (const auto& shape : m_world.shapes) {
+      for (const auto& light : m_world.lights) shape->append_shadow_edges(ray, *light, cuts);
+    }
     std::erase_if(cuts, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
     m_profile.build(m_world, ray, segment, cuts, m_counters);
     Rgb sum = transmittance(m_profile.tau()) * behind;
@@ -89,6 +92,7 @@ class CarefulRadiance {
       Rgb source = medium.ambient.at(p.y);
       for (size_t l = 0; l < m_march.suns().size(); ++l) {
         const Illumination& sun = m_march.suns()[l];
+        if (is_occluded(m_world, {p, sun.wi}, {0.0, kAll})) continue;
         const double phase = medium.phase->p(-m_ray.d, sun.wi);
         source += sun.irradiance *
                   scatter_response(medium.scattering, phase, m_march.exact_depth(l, p, m_counters));
@@ -108,20 +112,23 @@ class CarefulRadiance {
   FieldCounters m_counters;
 };
 
-/// What the whole of a ray sees, behind the fog that it brings along.
+/// A ray up to where it ends, what it is said to see there, and the fog that it brings along.
 struct RayView {
   explicit RayView(const RandomWorld& random) : setup(random.world, 1e-8, {}), fog(setup), m_random(random) {}
 
   void look(const Ray& ray) {
+    const auto hit = nearest_surface(m_random.world, ray, {0.0, kAll});
+    segment = {0.0, hit ? hit->t : kAll};
     behind = m_random.world.background->radiance(ray.d);
     if (!m_random.plan.fog) return;
-    fog.build(ray, kAll, true);
+    fog.build(ray, segment.t1, true);
     behind = fog.end().over(behind);
   }
   const RayFog* fog_if_any() const { return m_random.plan.fog ? &fog : nullptr; }
 
   FogSetup setup;
   RayFog fog;
+  Segment segment;
   Rgb behind;
 
  private:
@@ -250,6 +257,32 @@ TEST(ErrorBound, fog_stays_within_what_is_known_of_it) {
   EXPECT_GT(coloured, 1000u);
 }
 
+/// What a solid says that it shades, no ray contradicts.
+TEST(ErrorBound, solids_shade_what_they_say) {
+  std::array<size_t, 3> said{};
+  for (unsigned seed = 0; seed < 300; ++seed) {
+    RandomWorld random(seed);
+    random.add_solids();
+    const double size = random.world.media[0].density->bounds().size().length();
+    const Vec3d wi = random.direction();
+    for (const auto& shape : random.world.shapes) {
+      for (int n = 0; n < 40; ++n) {
+        const Ray ray = random.ray();
+        const double t = random.uniform(0.0, 1.0) * size, step = random.logarithmic(1e-3, 0.3) * size;
+        const auto& known = dynamic_cast<const KnownShadow&>(*shape);
+        const Shade shade = known.shade_between(ray.at(t), ray.at(t + step), wi, 1e-12);
+        ++said[size_t(shade)];
+        for (int k = 0; k <= 8 && shade != Shade::unknown; ++k) {
+          const Ray shadow{ray.at(t + step * k / 8.0), wi};
+          EXPECT_EQ(shape->intersect(shadow, {0.0, kAll}).has_value(), shade == Shade::all)
+              << "seed " << seed << ", " << n;
+        }
+      }
+    }
+  }
+  for (const size_t count : said) EXPECT_GT(count, 500u);
+}
+
 /// However coarse or fine, an interval holds the radiance.
 void expect_radiance_in_every_interval(unsigned first_seed, size_t worlds, Furnish furnish) {
   constexpr int kRays = 30;
@@ -264,10 +297,10 @@ void expect_radiance_in_every_interval(unsigned first_seed, size_t worlds, Furni
     for (int n = 0; n < kRays; ++n) {
       const Ray ray = random.ray();
       view.look(ray);
-      const Rgb truth = careful.trace(ray, {0.0, kAll}, view.behind, view.fog_if_any());
+      const Rgb truth = careful.trace(ray, view.segment, view.behind, view.fog_if_any());
       for (const double goal : {kAll, 1e-1, 1e-2, 1e-3, 1e-4}) {
         const EnclosedRgb interval =
-            enclosure.enclose(ray, {0.0, kAll}, view.behind, truth, {goal, 0.0, 2000}, view.fog_if_any());
+            enclosure.enclose(ray, view.segment, view.behind, truth, {goal, 0.0, 2000}, view.fog_if_any());
         for (int c = 0; c < 3; ++c) {
           EXPECT_LE(std::abs(interval.mid[c] - truth[c]), interval.half[c] + 1e-7)
               << "world " << seed << ", ray " << n << ", goal " << goal;
@@ -283,6 +316,10 @@ TEST(ErrorBound, exact_radiance_lies_in_every_interval) {
 
 TEST(ErrorBound, exact_radiance_through_fog_lies_in_every_interval) {
   expect_radiance_in_every_interval(2000, size_t(hunted(60)), add_fog);
+}
+
+TEST(ErrorBound, exact_radiance_among_solids_lies_in_every_interval) {
+  expect_radiance_in_every_interval(3000, 150, add_solids);
 }
 
 /// 60 rays in each world: no channel of any ray errs by more than its bound, whoever says what is right.
@@ -303,9 +340,11 @@ std::vector<double> expect_no_ray_errs_by_more(unsigned first_seed, size_t world
     const std::vector<RayResult> exactly = trace(*exact, rays), marched = trace(*march, rays);
     for (size_t n = 0; n < kRays; ++n) {
       view.look(rays[n]);
-      const Rgb truth = careful.trace(rays[n], {0.0, kAll}, view.behind, view.fog_if_any());
-      const double error = largest(marched[n].radiance - truth);
-      EXPECT_LE(error, marched[n].bound + 1e-7) << "world " << seed << ", ray " << n;
+      const bool has_end = std::isfinite(view.segment.t1);  // what is seen there, `exact` has to say
+      const Rgb truth = has_end ? exactly[n].radiance
+                                : careful.trace(rays[n], view.segment, view.behind, view.fog_if_any());
+      const double error = largest(marched[n].radiance - truth), doubt = has_end ? exactly[n].error : 0.0;
+      EXPECT_LE(error, marched[n].bound + doubt + 1e-7) << "world " << seed << ", ray " << n;
       EXPECT_LE(largest(marched[n].radiance - exactly[n].radiance),
                 marched[n].bound + exactly[n].error + 1e-7)
           << "world " << seed << ", ray " << n;
@@ -329,6 +368,12 @@ TEST(ErrorBound, no_ray_errs_by_more_through_fog) {
   const std::vector<double> ratios = expect_no_ray_errs_by_more(6000, size_t(hunted(40)), add_fog);
   EXPECT_GT(ratios.size(), 300u);
   EXPECT_LT(median(ratios), 3.0);
+}
+
+TEST(ErrorBound, no_ray_errs_by_more_among_solids_in_fog) {
+  const std::vector<double> ratios = expect_no_ray_errs_by_more(7000, 80, add_fog_and_solids);
+  EXPECT_GT(ratios.size(), 800u);
+  EXPECT_LT(median(ratios), 4.0);
 }
 
 TEST(ErrorBound, a_ray_that_meets_nothing_has_no_error) {
