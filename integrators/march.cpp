@@ -51,7 +51,7 @@
 #include "integrators/march_options.h"
 #include "integrators/march_packet.h"
 #include "integrators/march_scene.h"
-#include "integrators/ray_enclosure.h"
+#include "integrators/packet_bounds.h"
 #include "integrators/ray_ends.h"
 #include "integrators/solid_shadows.h"
 #include "integrators/sunlight.h"
@@ -180,11 +180,15 @@ class MarchTracer final : public Tracer {
 
   void trace_all(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const {
     TraceCounters tile;
-    const MarchPacket packet = trace_packet(rays, {}, results, tile);
+    MarchPacket packet = trace_packet(rays, {}, results, tile);
     for (size_t i = 0; i < rays.size(); ++i) {
       if (!is_good(results[i])) hand_over(rays[i], results[i], counters);
     }
-    if (m_enclosed) bound_errors(packet, results, counters);
+    if (m_enclosed) {
+      prove_bounds(*m_enclosed, m_fog, kBoundShare * m_tolerance, packet, results);
+      counters["bound_samples"] += packet.bound_samples;
+      counters["bound_lookups"] += packet.bound_lookups;
+    }
     tile.add_to(counters);
   }
 
@@ -212,10 +216,14 @@ class MarchTracer final : public Tracer {
   /// Traces the rays and adds what they see to the ends of those that they come from.
   void trace_on(MarchPacket& packet, SecondaryRays& next, TraceCounters& tile) const {
     std::vector<RayResult> seen(next.rays.size());
-    trace_packet(next.rays, next.paths, seen, tile);
+    MarchPacket on = trace_packet(next.rays, next.paths, seen, tile);
     for (size_t n = 0; n < seen.size(); ++n) {
       packet.behind[next.parents[n]] += next.weights[n] * seen[n].radiance;
       packet.behind_error[next.parents[n]] += largest(next.weights[n]) * seen[n].error;
+    }
+    if (m_enclosed) {
+      prove_bounds(*m_enclosed, m_fog, kBoundShare * m_tolerance, on, seen);
+      add_bounds(on, next, seen, packet);
     }
     next = {};
   }
@@ -422,22 +430,6 @@ class MarchTracer final : public Tracer {
       if (!pieces.empty()) z = std::min(z, pieces.front().t0);
     }
     return z;
-  }
-
-  void bound_errors(const MarchPacket& packet, std::span<RayResult> results, Counters& counters) const {
-    RayEnclosure enclosure(*m_enclosed);
-    RayFog fog(m_fog);
-    const RayEnclosure::Goal goal{kBoundShare * m_tolerance};
-    for (size_t i = 0; i < results.size(); ++i) {
-      const Rgb& estimate = results[i].radiance;
-      const Segment segment = packet.jobs[i].segment;
-      if (m_plan.fog) fog.build(packet.rays[i], segment.t1, packet.are_from_camera);
-      const EnclosedRgb exact = enclosure.enclose(packet.rays[i], segment, packet.behind[i], estimate, goal,
-                                                  m_plan.fog ? &fog : nullptr);
-      results[i].bound = error_bound(exact, estimate);
-    }
-    counters["bound_samples"] += enclosure.counters.density_samples;
-    counters["bound_lookups"] += enclosure.depth_lookups;
   }
 
   static constexpr double kOpaque = 1e3;

@@ -59,6 +59,7 @@ struct MarchPacket {
   std::vector<std::optional<WorldHit>> hits;  ///< none where there are no surfaces
   std::vector<Rgb> behind;                    ///< radiance from the end of each ray
   std::vector<double> behind_error;           ///< what rays that go on from there err; none without surfaces
+  std::vector<double> behind_bound;           ///< the same, proven; empty where nobody asks or none goes on
   std::vector<std::vector<Segment>> lit;      ///< [ray][sun]; none where no solid shades a medium
   std::vector<char> dappled;                  ///< rays that solids with holes may shade; empty: none
   std::optional<RayFog> fog;                  ///< of the present ray; none where the world has none
@@ -74,6 +75,7 @@ struct MarchPacket {
   double brightest = 0.0;   ///< of the media, where all rays share their weights
   double sunlit = 0.0;      ///< the same of sunlight alone
   uint64_t samples = 0, lookups = 0, leaps = 0;
+  uint64_t bound_samples = 0, bound_lookups = 0;  ///< what proofs took, those of rays that go on included
 };
 
 /// Rays that go on from the ends of one packet of the kernel, to be traced together. Which these are

@@ -63,18 +63,19 @@ RayEnclosure::RayEnclosure(const EnclosedWorld& enclosed)
   m_pieces.resize(m_world.media.size());
 }
 
-EnclosedRgb RayEnclosure::enclose(const Ray& ray, Segment segment, const Rgb& behind, const Rgb& estimate,
-                                  const Goal& goal, const RayFog* fog) {
+EnclosedRgb RayEnclosure::enclose(const Ray& ray, Segment segment, const EnclosedRgb& behind,
+                                  const Rgb& estimate, const Goal& goal, const RayFog* fog) {
   m_ray = ray;
   m_fog = fog;
   m_profile.build(m_world, ray, segment, fog_edges(segment), counters);
   set_weights(-ray.d);
   cut_stretches(ray);
-  if (m_stretches.empty()) return {behind, Rgb(0.0)};
+  if (m_stretches.empty()) return behind;
 
-  const Rgb passed = transmittance(m_profile.tau()) * behind;
-  narrow(estimate - passed, goal);
-  EnclosedRgb total{passed, Rgb(rounding(behind, m_stretches.back().t1))};
+  const double passed = transmittance(m_profile.tau());
+  narrow(estimate - passed * behind.mid, goal);
+  EnclosedRgb total{passed * behind.mid,
+                    passed * behind.half + Rgb(rounding(behind.mid + behind.half, m_stretches.back().t1))};
   for (const Stretch& stretch : m_stretches) total += stretch.radiance;
   return total;
 }

@@ -64,7 +64,7 @@ class RayEnclosure {
   ///   behind: radiance that arrives from the end of the segment
   ///   estimate: what the interval will be compared with
   ///   fog: along the ray, and already in front of `behind`; null: none
-  EnclosedRgb enclose(const Ray& ray, Segment segment, const Rgb& behind, const Rgb& estimate,
+  EnclosedRgb enclose(const Ray& ray, Segment segment, const EnclosedRgb& behind, const Rgb& estimate,
                       const Goal& goal, const RayFog* fog = nullptr);
 
   FieldCounters counters;      ///< of exact depths

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "lib/math/offset_point.h"
 #include "lib/scene/texture.h"
@@ -16,6 +17,12 @@ double largest(const Rgb& rgb) {
 
 /// What rays that are not followed count less than, as a share of the tolerance; and where that is 0.
 constexpr double kLeastShare = 0.02, kLeastWeight = 1e-7;
+
+/// A bound that is proven knows of no rays that count too little.
+double least_weight(const EffectPlan& plan, const Accuracy& accuracy) {
+  if (plan.aovs.count("error_bound") > 0) return std::numeric_limits<double>::min();
+  return std::max(kLeastShare * accuracy.tolerance * accuracy.coarseness, kLeastWeight);
+}
 
 /// Absorption behind a surface that a ray passes.
 Rgb absorption_behind(const WorldHit& hit, const Rgb& before) {
@@ -36,7 +43,7 @@ RayEnds::RayEnds(const World& world, const EffectPlan& plan, const Accuracy& acc
     : m_world(world),
       m_plan(plan),
       m_cone(middle_pixel_cone(world, accuracy.picture)),
-      m_least_weight(std::max(kLeastShare * accuracy.tolerance * accuracy.coarseness, kLeastWeight)),
+      m_least_weight(least_weight(plan, accuracy)),
       m_most_bounces(accuracy.most_bounces) {}
 
 Rgb RayEnds::background(const Vec3d& d) const {
