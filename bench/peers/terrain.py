@@ -127,46 +127,71 @@ def detail(pixels):
 
 
 def compare(paths, scene, sizes, repeat):
+    """Both renderers in turn, run by run; ratios are medians of those of each turn."""
     print(f"{'':36} {'rays s':>8} {'process s':>10} {'cpu s':>8} {'POV / this':>11} {'cpu':>6}")
     for size in sizes:
         cell = WIDTH / (size - 1)
         npy, png = paths.out / f"ground_{size}.npy", paths.out / f"ground_{size}.png"
-        ways = [(".npy", npy, ()), (f".npy, level of detail {DETAIL}", npy, detail(DETAIL)), (".png", png, ())]
-        ours = [(name, median([render_pileus(paths, table, cell, *more) for _ in range(repeat)]))
-                for name, table, more in ways]
-        pov = median([render_pov(paths, scene, size) for _ in range(repeat)])
-        for name, (rays, seconds, cpu) in ours:
-            print(f"{size:5} pileus, {name:22} {rays:8.3f} {seconds:10.3f} {cpu:8.3f} {pov[0] / seconds:11.1f} {pov[1] / cpu:6.1f}")
-        print(f"{size:5} POV-Ray, .png               {'':8} {pov[0]:10.3f} {pov[1]:8.3f}")
+        ways = {".npy": (npy, ()), f".npy, level of detail {DETAIL}": (npy, detail(DETAIL)), ".png": (png, ())}
+        pov, ours = [], {name: [] for name in ways}
+        for _ in range(repeat):
+            pov.append(render_pov(paths, scene, size))
+            for name, (table, more) in ways.items():
+                ours[name].append(render_pileus(paths, table, cell, *more))
+        for name, runs in ours.items():
+            rays, seconds, cpu = median(runs)
+            ratios = median([(peer[0] / run[1], peer[1] / run[2]) for peer, run in zip(pov, runs)])
+            print(f"{size:5} pileus, {name:22} {rays:8.3f} {seconds:10.3f} {cpu:8.3f} {ratios[0]:11.1f} {ratios[1]:6.1f}")
+        seconds, cpu = median(pov)
+        print(f"{size:5} POV-Ray, .png               {'':8} {seconds:10.3f} {cpu:8.3f}", flush=True)
         a = read_channel(paths, paths.out / "ground_pov.exr")
         b = read_channel(paths, paths.out / "ground_pileus.exr")
         print(f"      seen by one only: {((a > 0) != (b > 0)).mean():.2%} of the pixels")
 
 
-def curve(paths, repeat, title, points):
-    """points: (label, table, cell size, further arguments); times are those of the rays, the least of the runs."""
+def fitted(x, y):
+    """a, b of the line a + b x nearest to y, and how far y is from it, as a share of y."""
+    b, a = np.polyfit(x, y, 1)
+    return a, b, float(np.max(np.abs(a + b * np.asarray(x) - y) / y))
+
+
+def curve(paths, repeat, title, points, tell):
+    """points: (label, table, cell size, further arguments, what grows); all in turn, run by run. Times are those of
+    the rays, the least of the runs. tell(what grows, times) says what kind of curve it is."""
+    runs = [[render_pileus(paths, table, cell, *more)[0] for _, table, cell, more, _ in points] for _ in range(repeat)]
+    rays = np.min(runs, axis=0)
     print(f"\n{title}")
-    first = None
-    for label, table, cell, more in points:
-        rays = min(render_pileus(paths, table, cell, *more)[0] for _ in range(repeat))
-        first = first or rays
-        print(f"  {label:28} {rays:8.4f} s   {rays / first:6.2f}", flush=True)
+    for (label, *_), seconds in zip(points, rays):
+        print(f"  {label:28} {seconds:8.4f} s   {seconds / rays[0]:6.2f}")
+    print("  " + tell(np.array([float(point[-1]) for point in points]), rays), flush=True)
+
+
+def tell_doubling(x, seconds):
+    a, b, off = fitted(np.log2(x / x[0]), seconds)
+    return f"{a:.4f} s and {b:+.4f} s for each doubling, within {off:.0%}; from first to last {seconds[-1] / seconds[0]:.2f} times"
+
+
+def tell_linear(x, seconds):
+    _, power, _ = fitted(np.log(x), np.log(seconds))
+    return f"as the power {power:.2f} of the number of pixels; {1e9 * seconds[-1] / x[-1]:.0f} ns a pixel in the last"
 
 
 def curves(paths, sizes, repeat):
     table = lambda size: paths.out / f"ground_{size}.npy"
     cell = lambda size: WIDTH / (size - 1)
     for name, more in (("as it is", ()), (f"level of detail {DETAIL} pixel", detail(DETAIL))):
-        curve(paths, repeat, f"table, equal framing, {name}", [(f"{size} x {size}", table(size), cell(size), more) for size in sizes])
-    pictures = ["320x180", "640x360", "1280x720", "2560x1440"]
-    curve(paths, repeat, "pixels, 2048 x 2048", [(p, table(2048), cell(2048), ("--size", p)) for p in pictures])
+        points = [(f"{size} x {size}", table(size), cell(size), more, size) for size in sizes]
+        curve(paths, repeat, f"table, equal framing, {name}", points, tell_doubling)
+    pictures = [(320, 180), (640, 360), (1280, 720), (2560, 1440)]
+    curve(paths, repeat, "pixels, 2048 x 2048",
+          [(f"{x}x{y}", table(2048), cell(2048), ("--size", f"{x}x{y}"), x * y) for x, y in pictures], tell_linear)
     # Ever deeper ground with the same cells in front of the same camera, at its southern edge.
     deep = []
     for size in sizes:
         edge = 0.5 * (size - 1) * 2.0
         place = ("--set", f"camera.position=[0, 1600, {edge}]", "--set", f"camera.look_at=[0, 1400, {edge - 1000}]")
-        deep.append((f"{2 * (size - 1)} m of cells of 2 m", table(size), 2.0, place))
-    curve(paths, repeat, "depth", deep)
+        deep.append((f"{2 * (size - 1)} m of cells of 2 m", table(size), 2.0, place, size))
+    curve(paths, repeat, "depth", deep, tell_doubling)
 
 
 def main():

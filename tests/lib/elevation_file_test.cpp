@@ -58,6 +58,31 @@ TEST_F(ElevationFile, numpy_arrays_are_read_in_both_orders) {
   }
 }
 
+TEST_F(ElevationFile, long_numpy_arrays_are_read_piece_by_piece) {
+  constexpr int kColumns = 701, kRows = 1003;  // more than a stretch, and no whole number of pieces
+  std::string header = "{'descr': '<f4', 'fortran_order': False, 'shape': (1003, 701), }\n";
+  std::string bytes = "\x93NUMPY";
+  bytes += {1, 0, char(header.size()), 0};
+  bytes += header;
+  for (int k = 0; k < kColumns * kRows; ++k) {
+    float z = float(k);
+    if (k == 300001) z = std::numeric_limits<float>::infinity();
+    bytes.append(reinterpret_cast<const char*>(&z), sizeof(z));
+  }
+  const HeightTable table = read_elevation(write("long.npy", bytes));
+  ASSERT_EQ(table.columns, kColumns);
+  ASSERT_EQ(table.rows, kRows);
+  for (int k = 0; k < kColumns * kRows; ++k) {
+    if (k == 300001) {
+      EXPECT_TRUE(std::isnan(table.heights[size_t(k)]));
+    } else {
+      ASSERT_EQ(table.heights[size_t(k)], float(k));
+    }
+  }
+  bytes.pop_back();
+  EXPECT_THROW(read_elevation(write("short.npy", bytes)), Error);
+}
+
 /// Bytes that are given as hexadecimal digits.
 std::string from_hex(const std::string& digits) {
   std::string bytes;

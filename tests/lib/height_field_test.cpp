@@ -127,7 +127,8 @@ TEST(HeightField, nothing_stands_where_a_beam_is_clear) {
       late += clear > 0.0 && std::isfinite(clear), never += std::isinf(clear);
       for (const Ray& ray : rays) {
         const auto hit = field.intersect(ray, {0.0, kInf}, -kInf);
-        const auto same = field.intersect(ray, {0.0, kInf}, -kInf, {clear});
+        const auto same = field.intersect(ray, {0.0, kInf}, -kInf,
+                                          {.clear = clear, .spacing = k % 3 * 0.1, .spreading = k % 5 * 0.7});
         ASSERT_EQ(hit.has_value(), same.has_value()) << k;
         if (!hit) continue;
         ++hits;
