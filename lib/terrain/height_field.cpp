@@ -77,11 +77,11 @@ class Walk {
 
   /// Blocks behind a clear way are as large as the beam of rays was wide to which it was clear, a few pixels.
   int first_level(Segment inside, double t) const {
-    constexpr int kOnGround = 1, kBeam = 2;
+    constexpr int kOnGround = 1, kBeam = 2, kMost = 30;
     if (t == inside.t0 && inside.t0 != m_segment.t0) return m_pyramid.top();
     if (m_is_coarse) return kCoarsestPatch;
     if (t == inside.t0) return kOnGround;
-    return kBeam + std::max(std::ilogb(m_sight.spacing + t * m_sight.spreading), 0);
+    return kBeam + std::clamp(std::ilogb(m_sight.spacing + t * m_sight.spreading), 0, kMost);
   }
 
   std::optional<HeightHit> walk() {
@@ -131,9 +131,7 @@ class Walk {
       const int first = 2 * m_block[axis];
       m_block[axis] = first + int(m_ray.is_above_line(axis, (first + 1) << m_level, m_t0));
     }
-    const bool is_there = is_on_map();
-    if (is_there) m_is_coarse ? m_pyramid.fetch_parts(m_level, m_block[0], m_block[1]) : fetch_cells();
-    return is_there;
+    return is_on_map();
   }
 
   /// Goes on to the block behind; false where the map ends.
@@ -150,17 +148,6 @@ class Walk {
     m_level += up;
     m_block[0] = i >> up, m_block[1] = j >> up;
     return i >= 0 && j >= 0 && is_on_map();
-  }
-
-  /// Has the memory begin to send what the ray needs within the block: it would else wait for one thing after
-  /// the other.
-  void fetch_cells() const {
-    constexpr int kLevel = 2;
-    if (m_level != kLevel) return;
-    m_pyramid.fetch_parts(kLevel, m_block[0], m_block[1]);
-    const int i = m_block[0] << kLevel, j = m_block[1] << kLevel,
-              last = std::min(j + (1 << kLevel), m_table.cells_y());
-    for (int row = j; row <= last; ++row) __builtin_prefetch(m_table.address(i, row));
   }
 
   bool is_on_map() const {

@@ -44,20 +44,6 @@ class HeightPyramid {
     return m_levels[size_t(level - 1)].corners.patch(i, j);
   }
 
-  /// Has the memory begin to send what a ray may need of a block's quarters.
-  void fetch_parts(int level, int i, int j) const {
-    if (level < 2) return;
-    const Level& parts = m_levels[size_t(level - 2)];
-    const int column = 2 * i, last = std::min(2 * j + 1, parts.height - 1);
-    for (int row = 2 * j; row <= last; ++row) {
-      const size_t at = size_t(row) * size_t(parts.width) + size_t(column);
-      __builtin_prefetch(parts.ranges.get() + at);
-      if (!parts.deviations) continue;
-      __builtin_prefetch(parts.deviations.get() + at);
-      if (level - 1 <= kCoarsestPatch) __builtin_prefetch(parts.corners.address(column, row));
-    }
-  }
-
   int width(int level) const { return m_levels[size_t(level - 1)].width; }
   int height(int level) const { return m_levels[size_t(level - 1)].height; }
   const HeightRange& all() const { return at(top(), 0, 0); }

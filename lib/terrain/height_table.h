@@ -66,14 +66,11 @@ struct HeightTable {
   int cells_x() const { return columns - 1; }
   int cells_y() const { return rows - 1; }
 
-  const float* address(int column, int row) const {
-    return heights.data() + size_t(row) * size_t(columns) + size_t(column);
-  }
-  float at(int column, int row) const { return *address(column, row); }
+  float at(int column, int row) const { return heights[size_t(row) * size_t(columns) + size_t(column)]; }
 
   /// cell in [0, cells_x()) x [0, cells_y())
   Patch<double> patch(int i, int j) const {
-    const float* z = address(i, j);
+    const float* z = heights.data() + size_t(j) * size_t(columns) + size_t(i);
     return {z[0], z[1], z[columns], z[columns + 1]};
   }
 
