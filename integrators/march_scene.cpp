@@ -101,7 +101,6 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
   }
   if (plan.scattering && plan.local_lights) return "a light at a finite distance";
   if (const std::string why = obstacle_of_places(world, plan); !why.empty()) return why;
-  if (plan.fog && wants_bound && world.fogs.size() > 1) return "no bound is known through several fogs";
   return "";
 }
 

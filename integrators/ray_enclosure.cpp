@@ -65,17 +65,24 @@ RayEnclosure::RayEnclosure(const EnclosedWorld& enclosed)
 
 EnclosedRgb RayEnclosure::enclose(const Ray& ray, Segment segment, const EnclosedRgb& behind,
                                   const Rgb& estimate, const Goal& goal, const RayFog* fog) {
+  constexpr double kNarrowLight = 1e-3;
   m_ray = ray;
   m_fog = fog;
+  m_fog_light.build(fog, kNarrowLight * goal.half_width);
   m_profile.build(m_world, ray, segment, fog_edges(segment), counters);
   set_weights(-ray.d);
   cut_stretches(ray);
-  if (m_stretches.empty()) return behind;
+  EnclosedRgb end = behind;
+  if (fog && !fog->has_closed_form()) {
+    end += m_fog_light.at(segment.t1);
+    end.mid -= fog->end().light;
+  }
+  if (m_stretches.empty()) return end;
 
   const double passed = transmittance(m_profile.tau());
-  narrow(estimate - passed * behind.mid, goal);
-  EnclosedRgb total{passed * behind.mid,
-                    passed * behind.half + Rgb(rounding(behind.mid + behind.half, m_stretches.back().t1))};
+  narrow(estimate - passed * end.mid, goal);
+  EnclosedRgb total{passed * end.mid,
+                    passed * end.half + Rgb(rounding(end.mid + end.half, m_stretches.back().t1))};
   for (const Stretch& stretch : m_stretches) total += stretch.radiance;
   return total;
 }
@@ -151,7 +158,7 @@ void RayEnclosure::cut_stretches(const Ray& ray) {
   m_stretches.clear();
   m_depths.clear();
   m_slopes.clear();
-  m_fog_light = Rgb(0.0);
+  m_brightest_fog = Rgb(0.0);
   const auto& spans = m_profile.spans();
   for (size_t i = 0; i < spans.size(); ++i) {
     add_stretches(ray, i, i > 0 && spans[i - 1].t1 == spans[i].t0);
@@ -182,7 +189,7 @@ void RayEnclosure::add_stretches(const Ray& ray, size_t span, bool is_joined) {
     stretch.radiance = unlit(stretch.t0, stretch.t1);
     for (size_t l = 0; l < m_lights; ++l) stretch.shades.push_back(shade_between(l, stretch.t0, stretch.t1));
     stretch.radiance += any_light(stretch.shades);
-    m_fog_light = larger(m_fog_light, m_part.fog_front());
+    m_brightest_fog = larger(m_brightest_fog, m_part.fog_front());
     m_stretches.push_back(std::move(stretch));
   }
 }
@@ -192,7 +199,7 @@ void RayEnclosure::load_part(size_t span, double t0, double t1, double tau0) {
     const DensityPiece* piece = m_profile.piece_of(span, m);
     m_pieces[m] = piece ? part_of(*piece, t0, t1) : DensityPiece{};
   }
-  m_part.set(t0, t1, tau0, m_pieces, m_extinction, m_fog);
+  m_part.set(t0, t1, tau0, m_pieces, m_extinction, m_fog, m_fog_light.at(t0));
 }
 
 /// What needs no suns: the fog's light and the media's own, and that of the sky around, which is linear in
@@ -376,7 +383,7 @@ double RayEnclosure::position_error(double t) const {
 /// off by a few ulp of the distance, to optical depths.
 double RayEnclosure::rounding(const Rgb& behind, double distance) const {
   constexpr double kRelative = 1e-10;
-  double brightest = largest(m_fog_light), per_metre = 0.0, glow = 0.0;
+  double brightest = largest(m_brightest_fog), per_metre = 0.0, glow = 0.0;
   for (size_t m = 0; m < m_world.media.size(); ++m) {
     const WorldMedium& medium = m_world.media[m];
     const double sky = largest(medium.albedo * larger(medium.ambient.bottom, medium.ambient.top));

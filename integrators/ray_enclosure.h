@@ -3,6 +3,7 @@
 #include <memory>
 #include <vector>
 
+#include "integrators/fog_light.h"
 #include "integrators/march_scene.h"
 #include "integrators/media_shades.h"
 #include "integrators/ray_fog.h"
@@ -63,7 +64,7 @@ class RayEnclosure {
   /// The radiance of a ray.
   ///   behind: radiance that arrives from the end of the segment
   ///   estimate: what the interval will be compared with
-  ///   fog: along the ray, and already in front of `behind`; null: none
+  ///   fog: along the ray, and already in front of `behind` as RayFog::end() says; null: none
   EnclosedRgb enclose(const Ray& ray, Segment segment, const EnclosedRgb& behind, const Rgb& estimate,
                       const Goal& goal, const RayFog* fog = nullptr);
 
@@ -127,7 +128,8 @@ class RayEnclosure {
   size_t m_lights, m_terms = 1;
   Ray m_ray;
   const RayFog* m_fog = nullptr;  ///< along the ray; null: none
-  Rgb m_fog_light;                ///< the brightest that has been met, of the fog in front of a stretch
+  FogLight m_fog_light;
+  Rgb m_brightest_fog;  ///< that has been met, in front of a stretch
   RayProfile m_profile;
   VeiledPart m_part;
   std::vector<double> m_extinction;    ///< of each medium

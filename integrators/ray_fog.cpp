@@ -55,6 +55,12 @@ FogRange RayFog::between(double t0, double t1) const {
   return {bend, fading.colour, fading.colour};
 }
 
+LightGrowth RayFog::growth(double t0, double t1) const {
+  if (!m_setup.alone) return m_fog.growth(t0, t1);
+  const Rgb grown = to(t1).light - to(t0).light;
+  return {grown, grown};
+}
+
 std::vector<double> RayFog::edges() const {
   if (!m_setup.alone) return m_fog.edges();
   const double per_metre = distance(1.0);

@@ -46,6 +46,10 @@ class RayFog {
   /// Between t0 and t1, with no edge between them.
   FogRange between(double t0, double t1) const;
 
+  /// FogOnRay::growth() and has_closed_form().
+  LightGrowth growth(double t0, double t1) const;
+  bool has_closed_form() const { return m_setup.alone || m_fog.has_closed_form(); }
+
   /// Where it is not smooth.
   std::vector<double> edges() const;
 

@@ -9,7 +9,7 @@
 namespace pileus {
 
 void VeiledPart::set(double t0, double t1, double tau0, std::span<const DensityPiece> pieces,
-                     std::span<const double> extinction, const RayFog* fog) {
+                     std::span<const double> extinction, const RayFog* fog, const EnclosedRgb& light) {
   constexpr double kGone = 700.0;
   m_clear.set(t0, t1, tau0, pieces, extinction);
   m_has_fog = fog != nullptr;
@@ -18,7 +18,7 @@ void VeiledPart::set(double t0, double t1, double tau0, std::span<const DensityP
   m_front = transmittance(m_depth0), m_back = transmittance(m_depth1);
   m_fog = fog->between(t0, t1);
   if (m_depth1 > kGone) m_fog.bend = std::numeric_limits<double>::infinity();
-  m_light = fog->to(t0).light;
+  m_light = light;
   m_extinction.assign(extinction.begin(), extinction.end());
   m_seen.resize(pieces.size());
   for (size_t m = 0; m < pieces.size(); ++m) m_seen[m] = veiled(m, 0.0, 0.0, m_clear.seen(m));
@@ -54,8 +54,8 @@ EnclosedRgb VeiledPart::fog_light() const {
   if (!m_has_fog) return {};
   const double seen = m_clear.front() * opacity_from_tau(m_clear.tau());
   const Rgb gain = 0.5 * (m_fog.least + m_fog.most);
-  EnclosedRgb sum{seen * (m_light + m_front * gain),
-                  0.5 * seen * (m_front - m_back) * (m_fog.most - m_fog.least)};
+  EnclosedRgb sum{seen * (m_light.mid + m_front * gain),
+                  seen * m_light.half + 0.5 * seen * (m_front - m_back) * (m_fog.most - m_fog.least)};
   for (size_t m = 0; m < m_seen.size(); ++m) sum += scaled(-m_extinction[m] * gain, m_seen[m]);
   return sum;
 }

@@ -14,14 +14,15 @@ namespace pileus {
 class VeiledPart {
  public:
   /// As for PartIntegrals.
-  ///   fog: of the ray, with no edge between t0 and t1; null: none
+  ///   fog:   of the ray, with no edge between t0 and t1; null: none
+  ///   light: of the fog in front of t0
   void set(double t0, double t1, double tau0, std::span<const DensityPiece> pieces,
-           std::span<const double> extinction, const RayFog* fog);
+           std::span<const double> extinction, const RayFog* fog, const EnclosedRgb& light);
 
   double length() const { return m_clear.length(); }          ///< [m]
   double front() const { return m_clear.front() * m_front; }  ///< T F in front of the part
   double max_density(size_t m) const { return m_clear.max_density(m); }
-  const Rgb& fog_front() const { return m_light; }  ///< light of the fog in front of it
+  const Rgb& fog_front() const { return m_light.mid; }  ///< light of the fog in front of it
 
   /// Integral of T F rho dt [m].
   const Enclosed& seen(size_t m) const { return m_has_fog ? m_seen[m] : m_clear.seen(m); }
@@ -43,7 +44,7 @@ class VeiledPart {
   double m_depth0 = 0.0, m_depth1 = 0.0;  ///< of the fog in front of both ends
   double m_front = 1.0, m_back = 1.0;     ///< F there
   FogRange m_fog;
-  Rgb m_light{0.0, 0.0, 0.0};
+  EnclosedRgb m_light;
   std::vector<double> m_extinction;
   std::vector<Enclosed> m_seen;
 };

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "lib/math/gauss_kronrod.h"
 #include "lib/math/transmittance.h"
@@ -102,6 +103,31 @@ class OverlapQuadrature {
   std::span<const FogPiece> m_pieces;
   double m_accuracy;
 };
+
+/// One of several pieces that begin at the same place: its own depths, their sum and what shows, at both ends
+/// of a stretch.
+struct PieceOfSeveral {
+  double own0, own1, own_bend;
+  double front, back, depth, bend;  ///< of all; depth: of the stretch
+};
+
+/// The range of integral T d(own depth). With both depths linear it is own front phi1(depth). T is within
+/// exp(+-bend) of that; what the own depth is off, which is nothing at both ends, changes it by own_bend
+/// times the loss of T at most. Besides, T falls from `front` to `back`, and no more is lost than all lose.
+std::pair<double, double> share_of_loss(const PieceOfSeveral& piece) {
+  const double own = piece.own1 - piece.own0, loss = piece.front - piece.back;
+  double least = piece.back > 0.0 ? piece.back * own : 0.0, most = std::min(loss, piece.front * own);
+  if (std::isfinite(own) && std::isfinite(piece.depth) && std::isfinite(piece.bend)) {
+    const double middle = own * piece.front * phi1(piece.depth), off = piece.own_bend * loss;
+    least = std::max(least, std::exp(-piece.bend) * (middle - off));
+    most = std::min(most, std::exp(piece.bend) * (middle + off));
+  }
+  return {std::min(least, most), most};
+}
+
+bool have_closed_form(std::span<const FogPiece> pieces) {
+  return pieces.size() == 1 || std::all_of(pieces.begin(), pieces.end(), is_homogeneous);
+}
 
 }  // namespace
 
@@ -205,6 +231,39 @@ FogRange FogOnRay::between(double t0, double t1) const {
     }
   }
   return range;
+}
+
+LightGrowth FogOnRay::growth(double t0, double t1) const {
+  LightGrowth growth;
+  const Span* span = span_of(t0);
+  if (!span || t0 >= span->t1) return growth;
+  const std::span<const FogPiece> pieces = pieces_of(*span);
+  if (have_closed_form(pieces)) {
+    growth.least = growth.most = to(*span, t1).light - to(*span, t0).light;
+    return growth;
+  }
+  const double s0 = t0 - span->t0, s1 = std::min(t1, span->t1) - span->t0;
+  const double depth0 = span->tau + depth_of_all(pieces, s0), depth1 = span->tau + depth_of_all(pieces, s1);
+  if (!std::isfinite(depth0)) return growth;
+  PieceOfSeveral of_all{0, 0, 0, transmittance(depth0), transmittance(depth1), depth1 - depth0, 0.0};
+  for (const FogPiece& piece : pieces) of_all.bend += depth_bend(piece, s0, s1);
+  for (const FogPiece& piece : pieces) {
+    of_all.own0 = depth_to(piece, s0), of_all.own1 = depth_to(piece, s1);
+    of_all.own_bend = depth_bend(piece, s0, s1);
+    const auto [least, most] = share_of_loss(of_all);
+    const Rgb source0 = source_at(piece, s0), source1 = source_at(piece, s1);
+    for (int c = 0; c < 3; ++c) {
+      const double dark = std::min(source0[c], source1[c]), bright = std::max(source0[c], source1[c]);
+      growth.least[c] += dark * (dark >= 0.0 ? least : most);
+      growth.most[c] += bright * (bright >= 0.0 ? most : least);
+    }
+  }
+  return growth;
+}
+
+bool FogOnRay::has_closed_form() const {
+  return std::all_of(m_spans.begin(), m_spans.end(),
+                     [&](const Span& span) { return have_closed_form(pieces_of(span)); });
 }
 
 double FogOnRay::depth_inverse(double tau) const {
