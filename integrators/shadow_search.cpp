@@ -144,7 +144,8 @@ class Search {
       wanted = std::min(wanted, depth / m_detail.negligible_depth);
       error = m_detail.negligible_depth / kPartsOfNegligible / matter.sigma;
     }
-    const int steps = std::max(1, int(std::ceil(wanted)));
+    constexpr double kRounding = 1e-6;  // a piece that is one step need not be two
+    const int steps = std::max(1, int(std::ceil(wanted - kRounding)));
     const double step = piece.length() / steps;
     for (int k = 0; k < steps; ++k)
       m_looks.push_back({piece.t0 + (k + 0.5) * step, std::max(error, step / kStepsOfError)});

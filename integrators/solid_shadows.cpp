@@ -14,6 +14,9 @@ namespace {
 
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
+/// Parts of what a solid may shade, halved so often, are looked at on their own.
+constexpr int kHalvings = 6;
+
 constexpr double kNegligible = 1.0 / 600.0;  ///< of what may be missed
 
 /// Sorted and merged.
@@ -82,13 +85,10 @@ uint64_t SolidShadows::find(std::span<MarchRay> jobs, std::span<std::vector<Segm
 }
 
 SolidShadows::Packet SolidShadows::packet_of(std::span<const MarchRay> jobs) const {
-  Packet packet{{}, {}, {kInfinity, 0.0}};
+  Packet packet;
   for (const MarchRay& job : jobs) {
     packet.rays.push_back(job.ray);
-    const Segment inside = inside_media(job.ray, job.segment);
-    packet.inside.push_back(inside);
-    if (!inside.empty())
-      packet.hull = {std::min(packet.hull.t0, inside.t0), std::max(packet.hull.t1, inside.t1)};
+    packet.inside.push_back(inside_media(job.ray, job.segment));
   }
   return packet;
 }
@@ -151,46 +151,49 @@ uint64_t SolidShadows::find_by_edges(const Shape& shape, size_t light, const Pac
 /// Looked for in what the shape may shade of each ray.
 uint64_t SolidShadows::search(const Shape& shape, size_t light, const Packet& packet,
                               std::span<double> left_out, std::span<Segments> shadows) const {
-  constexpr double kLeastSteps = 64.0;
   std::vector<SearchedRay> searched;
-  bool is_any = false;
+  Segment reach{kInfinity, 0.0};  // of the shadow on all rays
   std::vector<Segment> stretches;
   for (size_t i = 0; i < packet.rays.size(); ++i) {
     stretches.clear();
     if (!packet.inside[i].empty())
       shape.append_shadowable(packet.rays[i], packet.inside[i], m_towards_suns[light], stretches);
-    const Segments shadowable = united(stretches);
-    const double reach = shadowable.empty() ? 0.0 : shadowable.back().t1 - shadowable.front().t0;
-    searched.push_back({packet.rays[i], packet.inside[i], shadowable, reach / kLeastSteps, &left_out[i]});
-    is_any |= !shadowable.empty();
+    searched.push_back({packet.rays[i], packet.inside[i], united(stretches), 0.0, &left_out[i]});
+    const Segments& may_be_shaded = searched.back().may_be_shaded;
+    if (may_be_shaded.empty()) continue;
+    reach = {std::min(reach.t0, may_be_shaded.front().t0), std::max(reach.t1, may_be_shaded.back().t1)};
   }
-  if (!is_any) return 0;
-  const Segments clear = clear_stretches(shape, light, packet);
-  if (!clear.empty()) {
-    for (SearchedRay& ray : searched) ray.may_be_shaded = subtract(ray.may_be_shaded, clear);
+  if (reach.empty()) return 0;
+  const Segments clear = clear_stretches(shape, light, packet, reach);
+  for (SearchedRay& ray : searched) {
+    ray.longest_step = std::ldexp(reach.length(), -kHalvings);
+    if (!clear.empty()) ray.may_be_shaded = subtract(ray.may_be_shaded, clear);
   }
   return search_shadows(m_world, m_detail, shape, m_towards_suns[light], searched, shadows);
 }
 
 /// Where a shape surely shades none of the rays can be seen at once: the beams of shadow rays that leave the
 /// packet between two t.
-Segments SolidShadows::clear_stretches(const Shape& shape, size_t light, const Packet& packet) const {
+Segments SolidShadows::clear_stretches(const Shape& shape, size_t light, const Packet& packet,
+                                       Segment reach) const {
   Segments clear;
-  if (!shape.knows_clear_distance() || !std::isfinite(packet.hull.length())) return clear;
-  constexpr int kHalvings = 6;
-  std::vector<Ray> beam(2 * packet.rays.size());
+  if (!shape.knows_clear_distance() || !std::isfinite(reach.length())) return clear;
+  std::vector<Ray> beam;
   const std::function<void(Segment, int)> look = [&](Segment stretch, int halvings) {
+    beam.clear();
     for (size_t i = 0; i < packet.rays.size(); ++i) {
-      beam[2 * i] = {packet.rays[i].at(stretch.t0), m_towards_suns[light]};
-      beam[2 * i + 1] = {packet.rays[i].at(stretch.t1), m_towards_suns[light]};
+      const Segment& inside = packet.inside[i];
+      const double t0 = std::max(stretch.t0, inside.t0), t1 = std::min(stretch.t1, inside.t1);
+      if (!(t0 < t1)) continue;
+      for (const double t : {t0, t1}) beam.push_back({packet.rays[i].at(t), m_towards_suns[light]});
     }
-    if (std::isinf(shape.clear_distance(beam))) return append(clear, stretch);
+    if (beam.empty() || std::isinf(shape.clear_distance(beam))) return append(clear, stretch);
     if (halvings == 0) return;
     const double middle = 0.5 * (stretch.t0 + stretch.t1);
     look({stretch.t0, middle}, halvings - 1);
     look({middle, stretch.t1}, halvings - 1);
   };
-  look(packet.hull, kHalvings);
+  look(reach, kHalvings);
   return clear;
 }
 

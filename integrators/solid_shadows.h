@@ -40,7 +40,6 @@ class SolidShadows {
   struct Packet {
     std::vector<Ray> rays;
     std::vector<Segment> inside;  ///< all media of each
-    Segment hull;                 ///< of all of these
   };
 
   Casters casters_of(std::span<const MarchRay> packet, const Casters& all) const;
@@ -50,7 +49,7 @@ class SolidShadows {
                          std::span<Segments> shadows) const;
   uint64_t search(const Shape& shape, size_t light, const Packet& packet, std::span<double> left_out,
                   std::span<Segments> shadows) const;
-  Segments clear_stretches(const Shape& shape, size_t light, const Packet& packet) const;
+  Segments clear_stretches(const Shape& shape, size_t light, const Packet& packet, Segment reach) const;
 
   const World& m_world;
   SearchDetail m_detail;
