@@ -128,24 +128,25 @@ bool HazeRays::find_stretch(const WorldMedium& haze, const MarchRay& job, HazeSt
 
 void HazeRays::fill_depths(size_t sun, const MarchRay& job, OnRay& own) const {
   constexpr int kMostHalvings = 14;
-  std::vector<HazeDepth>& nodes = own.depths[sun];
-  nodes.clear();
+  thread_local std::vector<HazeDepth> nodes;
+  thread_local std::vector<double> ends;
   const Segment range = clip_to_box(job.ray, job.segment, m_bounds);
   if (range.empty()) return;
   const auto depth_at = [&](double t) { return depth(sun, job.ray.at(t)); };
   // The depth bends where the ray enters and leaves a haze.
-  std::vector<double> ends{range.t0, range.t1};
+  ends = {range.t0, range.t1};
   for (const HazeStretch& stretch : own.stretches)
     ends.insert(ends.end(), {stretch.inside.t0, stretch.inside.t1});
   for (const WorldMedium* haze : m_hazes)
     append_shadow(job.ray, m_suns[sun].wi, haze->density->bounds(), ends);
   std::erase_if(ends, [&](double t) { return !(t >= range.t0 && t <= range.t1); });
   std::sort(ends.begin(), ends.end());
-  nodes.push_back({range.t0, depth_at(range.t0)});
+  nodes.assign(1, {range.t0, depth_at(range.t0)});
   for (size_t i = 1; i < ends.size(); ++i) {
     if (!(ends[i] > nodes.back().t)) continue;
     refine(depth_at, nodes.back(), {ends[i], depth_at(ends[i])}, own.depth_error, kMostHalvings, nodes);
   }
+  own.depths[sun].assign(nodes.begin(), nodes.end());
 }
 
 double HazeRays::depth(size_t sun, const Vec3d& p) const {

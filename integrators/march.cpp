@@ -196,6 +196,7 @@ class MarchTracer final : public Tracer {
   MarchPacket trace_packet(std::span<const Ray> rays, std::span<const RayPath> paths,
                            std::span<RayResult> results, TraceCounters& tile) const {
     MarchPacket packet(rays, m_march, m_plan.surfaces, m_shadows.has_value());
+    if (m_plan.surfaces) packet.find_hits(m_world, paths.empty());
     if (m_plan.fog) packet.add_fog(m_fog, paths.empty());
     SecondaryRays next;
     for (size_t first = 0; first < rays.size(); first += kPacketRays) {
@@ -292,6 +293,7 @@ class MarchTracer final : public Tracer {
     parallel_for((rays.size() + kRaysPerTask - 1) / kRaysPerTask, [&](size_t task) {
       const size_t first = task * kRaysPerTask, count = std::min(kRaysPerTask, rays.size() - first);
       MarchPacket packet(rays.subspan(first, count), m_march, m_plan.surfaces);
+      if (m_plan.surfaces) packet.find_hits(m_world, false);
       if (m_plan.fog) packet.add_fog(m_fog, true);
       TraceCounters counters;
       for (size_t i = 0; i < count; ++i) {
@@ -313,11 +315,8 @@ class MarchTracer final : public Tracer {
     MarchRay& job = packet.jobs[i];
     job.ray = ray;
     job.segment = {0.0, std::numeric_limits<double>::infinity()};
-    std::optional<WorldHit> hit;
-    if (m_plan.surfaces) {
-      hit = packet.hits[i] = nearest_surface(m_world, ray, job.segment);
-      if (hit) job.segment.t1 = hit->t;
-    }
+    const std::optional<WorldHit> hit = m_plan.surfaces ? packet.hits[i] : std::nullopt;
+    if (hit) job.segment.t1 = hit->t;
     const auto depth = [&](const Ray& shadow, Segment segment) {
       double tau = 0.0;
       for (const WorldMedium& medium : m_world.media) {

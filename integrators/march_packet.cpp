@@ -40,6 +40,12 @@ bool refine_once(const MarchScene& scene, double allowed, size_t first, size_t e
 
 }  // namespace
 
+void MarchPacket::find_hits(const World& world, bool are_neighbours) {
+  std::vector<double> clear;
+  if (are_neighbours) clear_distances(world, rays, clear);
+  nearest_surfaces(world, rays, {}, clear, hits);
+}
+
 void march_packet(const MarchScene& scene, MarchPacket& packet) {
   march_rays(scene, packet.jobs, packet.marched, packet.sums);
   count_marched(packet.marched, packet);

