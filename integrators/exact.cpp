@@ -16,6 +16,7 @@
 #include <string>
 #include <vector>
 
+#include "integrators/hole_edges.h"
 #include "integrators/light_bound.h"
 #include "integrators/lighting.h"
 #include "integrators/ray_ends.h"
@@ -48,7 +49,10 @@ class ExactTile {
         m_ambient(media_with_ambient(world)),
         m_fog(fog),
         m_dark_tau(kOpaqueTau / slowest_extinction(world)) {
-    for (const WorldMedium& medium : world.media) m_terms = std::max(m_terms, medium.scattering.size());
+    for (const WorldMedium& medium : world.media) {
+      m_terms = std::max(m_terms, medium.scattering.size());
+      m_densest += medium.extinction * medium.density->max_density();
+    }
     for (const size_t m : m_ambient) {
       const WorldMedium& medium = world.media[m];
       for (const Rgb& sky : {medium.ambient.bottom, medium.ambient.top}) {
@@ -140,6 +144,7 @@ class ExactTile {
   /// Where along the ray the edge of a solid's shadow is crossed: the in-scattered light jumps there.
   void find_shadow_edges(const Ray& ray, Segment segment) {
     m_cuts.clear();
+    m_hole_edges = 0;
     if (!m_plan.surface_shadows || !m_plan.scattering) return;
     for (const auto& light : m_world.lights) {
       for (const auto& shape : m_world.shapes)
@@ -148,15 +153,18 @@ class ExactTile {
     std::erase_if(m_cuts, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
   }
 
-  /// Where holes throw their light is not known: the stretch that the shape may shade is cut so often that
-  /// those as long as a cut are not overlooked.
+  /// Where holes throw their light is looked for.
   void add_edges(const Ray& ray, Segment segment, const Shape& shape, const Light& light) {
-    constexpr int kCuts = 64;
-    shape.append_shadow_edges(ray, light, m_cuts);
+    if (!shape.has_holes() || shape.knows_shadow_edges()) shape.append_shadow_edges(ray, light, m_cuts);
     if (!shape.has_holes()) return;
-    const Segment range = media_range(m_world, ray, segment);
-    for (int i = 1; i < kCuts && std::isfinite(range.length()); ++i)
-      m_cuts.push_back(range.t0 + range.length() * i / kCuts);
+    m_hole_edges += append_hole_edges(shape, ray, media_range(m_world, ray, segment), light,
+                                      edge_depth() / m_densest, m_cuts, counters.texture_lookups);
+  }
+
+  /// Optical depth to which edges of light from holes are found.
+  double edge_depth() const {
+    constexpr double kShare = 1e-3, kLeast = 1e-14;
+    return std::max(kShare * m_tolerance, kLeast);
   }
 
   /// What shows of the end of the ray is dimmed, and the fog in front of it is added.
@@ -251,6 +259,8 @@ class ExactTile {
     const SourceQuadrature::Result scattered =
         quadrature.integrate(light_bound + m_ambient_bound + fog_bound, m_tolerance - stop_error);
     result.error += rounding_error(ray, light_bound);
+    if (m_hole_edges > 0 && std::isfinite(light_bound))
+      result.error += 0.5 * double(m_hole_edges) * edge_depth() * light_bound;
     result.radiance += scattered.radiance;
     result.error += scattered.error + stop_error;
   }
@@ -367,6 +377,8 @@ class ExactTile {
   std::vector<std::optional<WorldHit>> m_hits;  ///< of the rays from the camera
   RayEnds::LitPoints m_lit;                     ///< theirs; without media only
   std::vector<double> m_cuts;
+  size_t m_hole_edges = 0;        ///< of them, those that were found to edge_depth()
+  double m_densest = 0.0;         ///< extinction of all media, at most [1/m]
   std::vector<size_t> m_ambient;  ///< media in the light of a sky
   RayFog m_fog;
   double m_ambient_bound = 0.0;  ///< upper bound of its part of source()

@@ -352,9 +352,9 @@ class MarchTracer final : public Tracer {
     for (size_t first = 0; first < packet.jobs.size(); first += kPacketRays) {
       const size_t count = std::min(kPacketRays, packet.jobs.size() - first);
       const std::span<MarchRay> rays = std::span(packet.jobs).subspan(first, count);
-      if (m_plan.holes && m_shadows->is_dappled(rays)) {
+      if (m_plan.holes) {
         packet.dappled.resize(packet.jobs.size());
-        std::fill_n(packet.dappled.begin() + std::ptrdiff_t(first), count, char(1));
+        m_shadows->mark_dappled(rays, std::span(packet.dappled).subspan(first, count));
       }
       shadow_rays += m_shadows->find(rays, std::span(packet.lit).subspan(first * suns, count * suns));
     }

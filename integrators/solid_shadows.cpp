@@ -52,8 +52,20 @@ SolidShadows::SolidShadows(const World& world, double least_depth)
   }
 }
 
-bool SolidShadows::is_dappled(std::span<const MarchRay> packet) const {
-  return !are_none(m_holed_casters) && !are_none(casters_of(packet, m_holed_casters));
+void SolidShadows::mark_dappled(std::span<const MarchRay> jobs, std::span<char> dappled) const {
+  if (are_none(m_holed_casters)) return;
+  const Casters casters = casters_of(jobs, m_holed_casters);
+  std::vector<Segment> stretches;
+  for (size_t i = 0; i < jobs.size(); ++i) {
+    const Segment inside = inside_media(jobs[i].ray, jobs[i].segment);
+    stretches.clear();
+    for (size_t light = 0; light < casters.size() && !inside.empty(); ++light) {
+      for (const Shape* shape : casters[light])
+        shape->append_shadowable(jobs[i].ray, inside, m_towards_suns[light], stretches);
+    }
+    dappled[i] = std::any_of(stretches.begin(), stretches.end(),
+                             [](const Segment& stretch) { return !stretch.empty(); });
+  }
 }
 
 uint64_t SolidShadows::find(std::span<MarchRay> jobs, std::span<std::vector<Segment>> lit) const {

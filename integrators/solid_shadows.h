@@ -25,8 +25,9 @@ class SolidShadows {
   /// False where no solid shades any medium.
   bool any() const { return m_any; }
 
-  /// True where a solid with holes may shade some of a packet: what it lets through has no edges to be told.
-  bool is_dappled(std::span<const MarchRay> packet) const;
+  /// Marks the rays of a packet that a solid with holes may shade: what it lets through has no edges to be
+  /// told.
+  void mark_dappled(std::span<const MarchRay> jobs, std::span<char> dappled) const;
 
   /// Gives the rays of one packet their lit stretches, where a solid shades some of them.
   ///   lit: [ray][light], to be kept as long as the rays are marched

@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "integrators/hole_edges.h"
 #include "tests/fixtures/picture_scene.h"
 #include "tests/fixtures/traced_scene.h"
 
@@ -149,6 +150,67 @@ TEST(ShadowsOfHoles, march_keeps_its_tolerance_below_a_leaf) {
   for (size_t i = 0; i < expected.size(); ++i)
     worst = std::max(worst, std::abs(expected[i].radiance.x - got[i].radiance.x));
   EXPECT_LT(worst, 2.2e-3);
+}
+
+/// Where the light of a board's squares begins and ends on a ray below it, to the length that was asked for.
+TEST(ShadowsOfHoles, edges_of_squares_are_found) {
+  const TracedScene scene(kNoon + board() + sheet(1.0));
+  const World& world = scene.world();
+  for (const double finest : {1e-2, 1e-6, 1e-12}) {
+    std::vector<double> edges;
+    uint64_t lookups = 0;
+    const Ray ray{{-3.3, 0.5, 0.4}, {1.0, 0.0, 0.0}};
+    EXPECT_EQ(append_hole_edges(*world.shapes[0], ray, {0.0, 8.0}, *world.lights[0], finest, edges, lookups),
+              8u);
+    ASSERT_EQ(edges.size(), 8u);
+    for (size_t i = 0; i < edges.size(); ++i) EXPECT_NEAR(edges[i], double(i) + 0.3, finest);
+    EXPECT_LE(lookups, 65.0 + 8.0 * std::ceil(std::log2(8.0 / 64.0 / finest)));
+  }
+}
+
+TEST(ShadowsOfHoles, have_no_edges_where_they_are_even_or_out_of_reach) {
+  for (const std::string& text : {kNoon + even(0.5) + sheet(1.0), kNoon + board() + sheet(-1.0)}) {
+    const TracedScene scene(text);
+    std::vector<double> edges;
+    uint64_t lookups = 0;
+    const Ray ray{{-3.3, 0.5, 0.4}, {1.0, 0.0, 0.0}};
+    append_hole_edges(*scene.world().shapes[0], ray, {0.0, 8.0}, *scene.world().lights[0], 1e-9, edges,
+                      lookups);
+    EXPECT_TRUE(edges.empty());
+  }
+  const TracedScene leaf(kNoon + board(0.1) +
+                         "[object.leaf]\ntype = \"sphere\"\ncenter = [0, 3, 0]\nradius = 0.5\n"
+                         "shader = { type = \"phong\", opacity_texture = \"veil\" }\n");
+  std::vector<double> edges;
+  uint64_t lookups = 0;
+  const Ray beside{{-3.0, 0.5, 2.0}, {1.0, 0.0, 0.0}};
+  append_hole_edges(*leaf.world().shapes[0], beside, {0.0, 8.0}, *leaf.world().lights[0], 1e-9, edges,
+                    lookups);
+  EXPECT_TRUE(edges.empty());
+  EXPECT_EQ(lookups, 0u) << "nothing is looked for where the leaf shades nothing";
+}
+
+/// Halves that close in on an edge take a look each; panels that do would take fourteen.
+TEST(ShadowsOfHoles, exact_looks_for_edges_instead_of_integrating_over_them) {
+  const TracedScene scene(kNoon + board(0.25) + sheet(2.0) + kBox, 2e-4);
+  const RayResult seen = scene.trace(kAlong);
+  EXPECT_NEAR(seen.radiance.x, 0.5 * lit_box({{0.0, 4.0}}), 0.01);
+  EXPECT_LT(seen.error, 2.2e-4);
+  EXPECT_LT(seen.samples, 1200u);
+}
+
+TEST(ShadowsOfHoles, rays_that_no_leaf_shades_are_marched) {
+  const std::string leaf =
+      "[object.leaf]\ntype = \"sphere\"\ncenter = [-1, 2.5, 0]\nradius = 0.3\n"
+      "shader = { type = \"phong\", opacity_texture = \"veil\" }\n";
+  const TracedScene scene("[render]\nintegrator = \"march\"\n" + kNoon + board(0.1) + leaf + kBox, 2e-3);
+  std::vector<Ray> rays;
+  for (const double z : {0.0, 0.6, 0.7, -0.6}) rays.push_back({{-4.0, 0.0, z}, {1.0, 0.0, 0.0}});
+  std::vector<RayResult> results(rays.size());
+  Counters counters;
+  const EffectPlan plan = plan_effects(scene.scene());
+  scene.scene().render.integrator->prepare(scene.world(), plan, {2e-3})->trace(rays, results, counters);
+  EXPECT_EQ(counters["exact_rays"], 1u) << "the one below the leaf";
 }
 
 TEST(ShadowsOfHoles, cost_nothing_where_there_are_none) {
