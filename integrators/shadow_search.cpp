@@ -229,10 +229,13 @@ class Search {
 }  // namespace
 
 std::vector<char> are_shaded(const Shape& solid, const Vec3d& towards_sun, std::span<const Vec3d> points) {
-  std::vector<Ray> rays;
+  thread_local std::vector<Ray> rays;
+  thread_local std::vector<Segment> segments;
+  thread_local std::vector<RaySight> seen;
+  rays.clear();
   for (const Vec3d& p : points) rays.push_back({p, towards_sun});
-  const std::vector<Segment> segments(points.size(), {0.0, kInfinity});
-  const std::vector<RaySight> seen(points.size());
+  segments.resize(points.size(), {0.0, kInfinity});
+  seen.resize(points.size());
   std::vector<char> met(points.size(), 0);
   solid.find_met(rays, segments, seen, met);
   return met;

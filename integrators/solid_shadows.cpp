@@ -19,8 +19,8 @@ constexpr int kHalvings = 6;
 
 constexpr double kNegligible = 1.0 / 600.0;  ///< of what may be missed
 
-/// Sorted and merged.
-Segments united(std::vector<Segment> stretches) {
+/// Sorts and merges.
+Segments united(std::vector<Segment>& stretches) {
   std::sort(stretches.begin(), stretches.end(),
             [](const Segment& a, const Segment& b) { return a.t0 < b.t0; });
   Segments result;
