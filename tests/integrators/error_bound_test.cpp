@@ -137,6 +137,28 @@ struct RayView {
   const RandomWorld& m_random;
 };
 
+/// A solid that cannot prove where its shadow lies.
+struct UnknownShadow final : Shape {
+  std::shared_ptr<const Shape> solid;
+
+  explicit UnknownShadow(std::shared_ptr<const Shape> of) : solid(std::move(of)) { shader = solid->shader; }
+  void describe_form(ParamTable&) override {}
+  std::optional<SurfaceHit> intersect(const Ray& ray, Segment segment) const override {
+    return solid->intersect(ray, segment);
+  }
+  void append_shadow_edges(const Ray& ray, const Light& light, std::vector<double>& t) const override {
+    solid->append_shadow_edges(ray, light, t);
+  }
+  Box3d bounds() const override { return solid->bounds(); }
+};
+
+void add_unknown_shadows(RandomWorld& random) {
+  random.add_solids();
+  for (auto& shape : random.world.shapes) {
+    if (random.chance(0.7)) shape = std::make_shared<UnknownShadow>(shape);
+  }
+}
+
 /// Solids that mirror, and some of glass.
 void add_mirrors(RandomWorld& random) {
   random.add_solids();
@@ -375,6 +397,10 @@ TEST(ErrorBound, exact_radiance_through_several_fogs_lies_in_every_interval) {
 
 TEST(ErrorBound, exact_radiance_among_solids_lies_in_every_interval) {
   expect_radiance_in_every_interval(3000, size_t(hunted(60)), add_solids);
+}
+
+TEST(ErrorBound, exact_radiance_in_shadows_of_which_nothing_is_known_lies_in_every_interval) {
+  expect_radiance_in_every_interval(9000, size_t(hunted(40)), add_unknown_shadows);
 }
 
 /// 60 rays in each world: no channel of any ray errs by more than its bound, whoever says what is right.
