@@ -2,9 +2,11 @@
 //   L = integral of T_media sigma (T_fog L_media + C_fog) dt + T_media (T_fog L_end + C_fog).
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include <gtest/gtest.h>
 
+#include "integrators/march_fog.h"
 #include "integrators/ray_fog.h"
 #include "tests/fixtures/march_scenes.h"
 #include "tests/fixtures/picture_scene.h"
@@ -177,6 +179,51 @@ TEST(Fog, march_errs_by_no_more_than_its_bound_through_several) {
   for (size_t i = 0; i < got.size(); ++i) {
     EXPECT_LE(difference(got[i].radiance, expected[i].radiance), got[i].bound + 2e-4) << i;
     EXPECT_LT(got[i].bound, 0.02) << i;
+  }
+}
+
+/// Tables of march against the fog itself, between nodes, too; with edges of fogs inside, and fogs in fogs.
+TEST(FogTable, errs_as_it_says) {
+  const std::string fogs[] = {
+      "[fog.a]\ntype = \"distance\"\ndensity = 0.002\n",
+      "[fog.b]\ntype = \"height\"\nextinction = 0.004\nscale_height = 25\n",
+      "[fog.c]\ntype = \"layer\"\ncenter = [0, 20, -300]\nradii = [200, 30, 200]\nextinction = 0.002\n"
+      "extinction_top = 0.02\n",
+      "[fog.d]\ntype = \"sunlit_layer\"\nthickness = 50\nextinction = 0.01\nsun = \"sun\"\n",
+  };
+  std::mt19937 random(61);
+  std::uniform_real_distribution<double> any(0.0, 1.0);
+  for (int which = 1; which < 16; ++which) {
+    std::string text =
+        "pileus = 1\n[camera]\ntype = \"perspective\"\nposition = [0, 30, 0]\nlook_at = [0, 20, -100]\n"
+        "[light.sun]\ntype = \"sun\"\n";
+    for (int n = 0; n < 4; ++n) text += which >> n & 1 ? fogs[n] : "";
+    const World world = build_world(parse_scene(text, "fogs.toml", ""));
+    const FogSetup setup(world, 0.002, {640, 360});
+    RayFog fog(setup);
+    MarchFog table;
+    for (int ray = 0; ray < 12; ++ray) {
+      fog.build(world.camera->ray({640.0 * any(random), 360.0 * any(random)}, {640, 360}), 900.0, true);
+      const double allowed = ray % 2 == 0 ? 4e-5 : 1e-3;
+      const MarchFogError told = tabulate(fog, {100.0, 900.0}, allowed, table);
+      const double error = std::max(told.transmittance, told.light), most = 2.0 * error + 0.25 * allowed;
+      const bool has_sharp_edges = (which & 12) != 0;  // of layers: there is an end to how fine tables are
+      if (!has_sharp_edges) {
+        EXPECT_LE(error, allowed) << which;
+      }
+      for (int n = 0; n < 300; ++n) {
+        const double t = 100.0 + 800.0 * any(random), at = (t - table.t0) * table.nodes_per_metre;
+        const size_t k = std::min(size_t(at), table.nodes.size() - 2);
+        const Veil veil = fog.to(t);
+        const double exact[4] = {veil.transmittance, veil.light.x, veil.light.y, veil.light.z};
+        for (size_t c = 0; c < 4; ++c) {
+          const double linear =
+              double(table.nodes[k][c]) +
+              (at - double(k)) * (double(table.nodes[k + 1][c]) - double(table.nodes[k][c]));
+          ASSERT_NEAR(linear, exact[c], most) << which << " at " << t << ", channel " << c;
+        }
+      }
+    }
   }
 }
 
