@@ -75,10 +75,11 @@ class LatticeReader {
     const D d;
     const int16_t* at[kLanes];
     for (size_t i = 0; i < kLanes; ++i)
-      at[i] = m_nodes + (ptrdiff_t(m_offsets[cells.bricks[i]]) + cells.cells[i]);
+      at[i] = m_nodes + uint32_t(m_offsets[uint32_t(cells.bricks[i])] + cells.cells[i]);
     constexpr int kU = SunLattice::kStrideU, kW = SunLattice::kStrideW;
-    const V c00 = edge(at, 0, cells.fv), c01 = edge(at, kW, cells.fv);
-    const V c10 = edge(at, kU, cells.fv), c11 = edge(at, kU + kW, cells.fv);
+    const auto edges = load_edges(DI(), at, kU, kW);
+    const V c00 = along_edge(edges.words[0], cells.fv), c01 = along_edge(edges.words[1], cells.fv);
+    const V c10 = along_edge(edges.words[2], cells.fv), c11 = along_edge(edges.words[3], cells.fv);
     return hn::Sub(lerp(lerp(c00, c01, cells.fw), lerp(c10, c11, cells.fw), cells.fu),
                    hn::Set(d, SunLattice::kOffset));
   }
@@ -92,10 +93,9 @@ class LatticeReader {
   static HWY_INLINE V lerp(V a, V b, V s) { return hn::MulAdd(s, hn::Sub(b, a), a); }
 
   /// Between a node and its neighbour along v: one word holds both.
-  static HWY_INLINE V edge(const int16_t* const* at, ptrdiff_t distance, V fv) {
+  static HWY_INLINE V along_edge(VI both, V fv) {
     const D d;
     const DI di;
-    const VI both = load_words(di, at, distance);
     const hn::RebindToUnsigned<D> du;
     const VI bias = hn::Set(di, SunLattice::kExponentBias);
     constexpr int kShift = SunLattice::kMantissaShift;

@@ -139,9 +139,9 @@ class GridReader {
     const int16_t* at[kLanes];
     int32_t any = 0;
     for (size_t i = 0; i < kLanes; ++i) {
-      const int32_t offset = m_offsets[cells.bricks[i]];
+      const int32_t offset = m_offsets[uint32_t(cells.bricks[i])];
       any |= offset;
-      at[i] = m_stored + (ptrdiff_t(offset) + cells.corners[i]);
+      at[i] = m_stored + uint32_t(offset + cells.corners[i]);  // unsigned, as that needs no sign
     }
     if (kSkip && any == 0) return hn::Zero(d);
     const V steps =
