@@ -5,7 +5,7 @@
 #include <bit>
 #include <cmath>
 
-#include "integrators/kernels/sun_kernel.h"
+#include "lib/core/error.h"
 #include "lib/core/parallel.h"
 #include "lib/math/trilinear.h"
 
@@ -17,7 +17,7 @@ constexpr int kCells = SunLattice::kBrickCells;
 /// Where lines stand as far apart as this [cells], means of 2^3 values are summed: they are an eleventh of
 /// the memory, and better for what lies between lines than what happens to lie on them. Nearer lines would
 /// see details that means have lost: their errors would be half as large again.
-constexpr double kHalvedFrom = 3.0;
+constexpr double kHalvedFrom = SunProbe::kCoarsest;
 
 /// The frame of a lattice in the grid's local space.
 struct Frame {
@@ -104,6 +104,23 @@ uint16_t encode_node(float tau) {
   return uint16_t(bits >> SunLattice::kMantissaShift);
 }
 
+/// A cell of a lattice, and a position in it.
+struct PlaceInCell {
+  Vec3i cell;
+  Vec3d p;
+};
+
+/// Positions beyond the lattice count as its border.
+PlaceInCell place_in(const Vec3i& cells, const Vec3d& p) {
+  PlaceInCell place;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double inside = std::clamp(p[axis], 0.0, double(cells[axis]));
+    place.cell[axis] = std::min(int(inside), cells[axis] - 1);
+    place.p[axis] = inside - place.cell[axis];
+  }
+  return place;
+}
+
 /// Bricks of a lattice that all sweeps work on at once.
 void sweep_all(const SunSweep& sweep, SunBricks& bricks) {
   constexpr int kColumnsU = 2, kColumnsV = 7;  // bricks; with the lines beside, 19 by 59 lines
@@ -150,13 +167,7 @@ SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, const
 }
 
 double sun_depth(const SunLattice& lattice, const Vec3d& p_world) {
-  Vec3d p = lattice.lattice_from_world.point(p_world);
-  Vec3i cell;
-  for (int axis = 0; axis < 3; ++axis) {
-    const int cells = lattice.bricks[axis] * kCells;
-    p[axis] = std::clamp(p[axis], 0.0, double(cells));
-    cell[axis] = std::min(int(p[axis]), cells - 1);
-  }
+  const auto [cell, p] = place_in(kCells * lattice.bricks, lattice.lattice_from_world.point(p_world));
   const Vec3i brick = cell / kCells, inside = cell - kCells * brick;
   const int32_t offset =
       lattice
@@ -168,7 +179,32 @@ double sun_depth(const SunLattice& lattice, const Vec3d& p_world) {
     const int at = u * SunLattice::kStrideU + v * SunLattice::kStrideV + w * SunLattice::kStrideW;
     corners[size_t(n)] = double(decode_node(lattice.nodes[size_t(offset + at)]));
   }
-  return trilinear(corners, p - Vec3d(cell));
+  return trilinear(corners, p);
+}
+
+SunProbe::SunProbe(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOptions& options) {
+  PILEUS_CHECK(options.spacing.across < kCoarsest);
+  const Frame frame = frame_of(grid, wi_world, options);
+  m_sweep = frame.sweep;
+  m_lattice_from_world = lattice_from_local(m_sweep) * grid.local_from_world;
+  m_cells = kCells * Vec3i(int(frame.bricks[0]), int(frame.bricks[1]), int(frame.bricks[2]));
+}
+
+double SunProbe::depth(const Vec3d& p_world) const {
+  const auto [cell, p] = place_in(m_cells, m_lattice_from_world.point(p_world));
+  SunLines lines;
+  sum_sun_lines(m_sweep, cell, m_cells.z, lines);
+  std::array<double, 8> corners;
+  for (int n = 0; n < 8; ++n) {
+    const int u = n & 1, v = n >> 1 & 1, w = n >> 2;
+    const double tau = lines.at(u, v, w),
+                 across = lines.at(u - 1, v, w) + lines.at(u + 1, v, w) + lines.at(u, v - 1, w) +
+                          lines.at(u, v + 1, w),
+                 along = lines.at(u, v, w - 1) + lines.at(u, v, w + 1);
+    const double balanced = tau - (across - 4.0 * tau + along - 2.0 * tau) / 12.0;
+    corners[size_t(n)] = std::clamp(balanced, double(SunLattice::kLowest), double(m_sweep.enough));
+  }
+  return trilinear(corners, p);
 }
 
 }  // namespace pileus

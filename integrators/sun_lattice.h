@@ -3,6 +3,7 @@
 #include <cstdint>
 
 #include "integrators/kernels/march_kernel.h"
+#include "integrators/kernels/sun_kernel.h"
 
 namespace pileus {
 
@@ -38,5 +39,23 @@ SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, const
 
 /// The lattice's optical depth at a point: the kernels' interpolation, in double.
 double sun_depth(const SunLattice& lattice, const Vec3d& p_world);
+
+/// What the lattice would say, which is not built: a point takes as long as some hundred nodes. Only for
+/// lattices whose lines are so close that they read values.
+class SunProbe {
+ public:
+  static constexpr double kCoarsest = 3.0;  ///< spacing across [cells], exclusive
+
+  /// The grid outlives it.
+  SunProbe(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOptions& options);
+
+  /// sun_depth() but for what the rounding of nodes changes.
+  double depth(const Vec3d& p_world) const;
+
+ private:
+  SunSweep m_sweep;
+  Affine m_lattice_from_world;
+  Vec3i m_cells{0, 0, 0};
+};
 
 }  // namespace pileus

@@ -17,13 +17,13 @@ struct SunlightChoice {
 };
 
 /// Fills march.kernel.lattices, or sets its shadow_step, so that the effect on a pixel is estimated to stay
-/// below `tolerance`, or a tenth more: `error` tells. Lattices cost a hundredth of shadow rays, so they are
+/// below `tolerance`, or a seventh more: `error` tells. Lattices cost a hundredth of shadow rays, so they are
 /// taken wherever `most_bytes` suffice for them.
 ///
 /// The error is measured, not guessed: along a few camera rays, at the points where most light comes from,
 /// optical depths are compared with columns in steps that are short beside a voxel, shadow rays with exact
-/// depths. It falls with the square of the spacing, which gives the spacing that is needed; the lattices
-/// built with it are compared once more.
+/// depths. A first lattice, coarse and cheap, tells about how fine the next has to be; where that one is
+/// large, what lattices near by would err is found out at the pilots' points before it is built.
 SunlightChoice choose_sunlight(const World& world, const Vec2i& picture, double tolerance, double most_bytes,
                                MarchWorld& march);
 

@@ -5,17 +5,23 @@
 #include "hwy/foreach_target.h"  // compiles this file again for each target
 #include "hwy/highway.h"
 
+#include "integrators/kernels/sun_lines-inl.h"
 #include "integrators/kernels/sun_sweep-inl.h"
 
 #if HWY_ONCE
 namespace pileus {
 
 HWY_EXPORT(sweep_sun_bricks_impl);
+HWY_EXPORT(sum_sun_lines_impl);
 HWY_EXPORT(sample_density_impl);
 HWY_EXPORT(stepped_column_impl);
 
 void sweep_sun_bricks(const SunSweep& sweep, const Vec2i& first, const Vec2i& end, SunBricks& bricks) {
   HWY_DYNAMIC_DISPATCH(sweep_sun_bricks_impl)(sweep, first, end, bricks);
+}
+
+void sum_sun_lines(const SunSweep& sweep, const Vec3i& cell, int top, SunLines& lines) {
+  HWY_DYNAMIC_DISPATCH(sum_sun_lines_impl)(sweep, cell, top, lines);
 }
 
 void sample_density(const MarchGrid& grid, const Ray& local, double t0, double dt, std::span<float> rho) {

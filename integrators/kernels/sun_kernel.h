@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <span>
@@ -33,6 +34,21 @@ struct SunBricks {
   int64_t most = 0;                  ///< bricks that there is room for; further ones are counted, not stored
   std::atomic<uint64_t> samples{0};  ///< densities read
 };
+
+/// Depths at the nodes around a cell of a lattice: of its own eight, and of what balancing these looks at.
+struct SunLines {
+  static constexpr size_t kLines = 16, kLevels = 4;
+
+  /// [level][line]: at w - 1 + level
+  alignas(64) std::array<std::array<float, kLines>, kLevels> depths;
+
+  /// Where a line is, relative to the cell; line() of u, v is 4 (u + 1) + v + 1.
+  static Vec3i line(size_t n) { return {int(n >> 2) - 1, int(n & 3) - 1, 0}; }
+  double at(int u, int v, int w) const { return double(depths[size_t(w + 1)][size_t(4 * (u + 1) + v + 1)]); }
+};
+
+/// Sums the lines around a cell of a lattice of `top` levels. For sweeps that read values, not means.
+void sum_sun_lines(const SunSweep& sweep, const Vec3i& cell, int top, SunLines& lines);
 
 /// Fills the bricks [first, end) of u and v, and all of w.
 void sweep_sun_bricks(const SunSweep& sweep, const Vec2i& first, const Vec2i& end, SunBricks& bricks);

@@ -132,7 +132,7 @@ TEST(SunLattice, second_order_on_a_smooth_blob) {
   }
 }
 
-/// From two voxels on, lattices of 16-bit grids are made of means. What these blur is undone: such lattices
+/// From three voxels on, lattices of 16-bit grids are made of means. What these blur is undone: such lattices
 /// err little more than those of values do.
 TEST(SunLattice, means_will_do_where_nodes_are_far_apart) {
   const VoxelSources voxels = blob({3, 40, -20}, {40, 34, 37});
@@ -141,14 +141,14 @@ TEST(SunLattice, means_will_do_where_nodes_are_far_apart) {
     for (const Vec3d& wi : {Vec3d(0, 0, 1), Vec3d(0, 1, 0), Vec3d(-1, 0, 0), normalize(Vec3d(1, -1, 1)),
                             normalize(Vec3d(0.3, 0.8, 0.5)), normalize(Vec3d(0.2, -0.1, -0.7))}) {
       const double scale = deepest(values, wi);
-      double at_4 = 0.0;
-      for (const double spacing : {4.0, 2.5, 2.0}) {
+      double at_6 = 0.0;
+      for (const double spacing : {6.0, 4.0, 3.0}) {
         SCOPED_TRACE(testing::Message() << target << ' ' << wi << ' ' << spacing);
         const double error = rms_error(means, wi, spaced(spacing));
         EXPECT_LT(error, 1.5 * rms_error(values, wi, spaced(spacing)) + 2e-5 * scale);
-        if (spacing == 4.0) at_4 = error;
-        if (spacing == 2.0) {
-          EXPECT_LT(error, at_4 / 2.5);
+        if (spacing == 6.0) at_6 = error;
+        if (spacing == 3.0) {
+          EXPECT_LT(error, at_6 / 2.5);
         }
       }
     }
@@ -178,13 +178,48 @@ TEST(SunLattice, means_keep_the_depth_of_details_between_lines) {
   const LitGrid values(voxels, Affine(), 0.1), means(voxels, Affine(), 0.1, Stored::in_16_bits);
   double of_means = 0.0, of_values = 0.0;
   for (const Vec3d& wi : directions()) {
-    for (const double spacing : {4.0, 2.5, 2.0}) {
+    for (const double spacing : {6.0, 4.0, 3.0}) {
       EXPECT_LT(rms_error(means, wi, spaced(spacing)), 1.3 * rms_error(values, wi, spaced(spacing))) << wi;
       of_means += std::pow(bias(means, wi, spaced(spacing)), 2);
       of_values += std::pow(bias(values, wi, spaced(spacing)), 2);
     }
   }
   EXPECT_LT(of_means, 0.25 * of_values);
+}
+
+/// A probe says what the lattice would, which is built for comparison; only the rounding of nodes is not in
+/// it.
+void expect_probes_like_lattices(const LitGrid& lit, LatticeOptions options, const std::string& what) {
+  std::mt19937 random(17);
+  std::uniform_real_distribution<double> uniform(-0.2, 1.2);
+  for (const Vec3d& wi : directions()) {
+    const SunLattice lattice = build_sun_lattice(lit.grid, wi, options);
+    const SunProbe probe(lit.grid, wi, options);
+    for (int n = 0; n < 40; ++n) {
+      const Vec3d p = lit.at({uniform(random), uniform(random), uniform(random)});
+      const double depth = sun_depth(lattice, p), rounding = 0x1p-13 * (depth + 0.125);
+      ASSERT_NEAR(probe.depth(p), depth, 1.1 * rounding + 2e-5)
+          << what << ", wi " << wi << ", p " << p << ", spacing " << options.spacing.across;
+    }
+  }
+}
+
+TEST(SunLattice, probes_say_what_lattices_would) {
+  VoxelSources noise;
+  std::mt19937 random(29);
+  for (int n = 0; n < 18; ++n) noise.add_random_leaf(Vec3i(n / 6, n / 2 % 3, n % 2 + 1) * 8, random, 0.4);
+  noise.add_tile({24, 8, 8}, 8, 0.7f);
+  const Affine map = turned({1, 2, -3}, 0.7, {0.5, 0.8, 0.4}, {3, -2, 1});
+  const LitGrid floats(noise, map, 0.6), in_16_bits(noise, map, 0.6, Stored::in_16_bits);
+  for_each_simd_target([&](const std::string& target) {
+    for (const double across : {0.37, 1.0, 2.9}) {
+      LatticeOptions options = spaced(across, 1.5 * across);
+      expect_probes_like_lattices(floats, options, target + ", floats");
+      expect_probes_like_lattices(in_16_bits, options, target + ", 16 bits");
+      options.enough = 3.0f;
+      expect_probes_like_lattices(in_16_bits, options, target + ", as far as depths of 3");
+    }
+  });
 }
 
 TEST(SunLattice, affine_grids) {
