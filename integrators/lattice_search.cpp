@@ -219,7 +219,7 @@ class LatticeSearch {
 
   /// Few probes take a few milliseconds. A lattice takes one or two for each MB.
   bool is_worth_probing(double spacing) const {
-    constexpr double kBytes = 12e6;
+    constexpr double kBytes = 6e6;
     LatticeOptions options = m_trial.options;
     options.spacing = spaced(spacing);
     return bytes_of(m_march, options, kBytes) > kBytes;

@@ -16,7 +16,7 @@ class Pileus:
         """Tolerances, from coarse to fine."""
         if self.integrator == "exact":
             return [0.1] if quick else [0.1, 0.01]
-        return [0.05, 0.01, 0.002] if quick else [0.2, 0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005]
+        return [0.05, 0.03, 0.01, 0.006, 0.002] if quick else [0.2, 0.1, 0.05, 0.03, 0.02, 0.01, 0.006, 0.004, 0.002, 0.001, 0.0005]
 
     def label(self, setting):
         return f"tolerance {setting:g}"

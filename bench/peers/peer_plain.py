@@ -14,7 +14,7 @@ def check(paths):
 
 def ladder(quick):
     """Steps in voxels, from coarse to fine."""
-    return [6, 3, 1] if quick else [8, 6, 4, 3, 2, 1.5, 1, 0.7]
+    return [6, 3, 2, 1.5, 1] if quick else [8, 6, 4, 3, 2, 1.5, 1, 0.7]
 
 
 def label(setting):
