@@ -42,17 +42,6 @@ bool is_clear(const MarchGrid& grid, const Beam& local) {
   return false;
 }
 
-bool is_clear(const MarchScene& scene, std::span<const WorldMedium* const> media, const Beam& beam) {
-  const size_t looked_into = scene.places.empty() && scene.is_leaping ? scene.grids.size() : 0;
-  for (size_t m = 0; m < looked_into; ++m) {
-    const MarchGrid& grid = scene.grids[m];
-    if (!is_clear(grid, seen_from(grid.local_from_world, beam))) return false;
-  }
-  return std::all_of(
-      media.begin() + std::ptrdiff_t(looked_into), media.end(),
-      [&](const WorldMedium* medium) { return beam.inside(medium->density->bounds()).empty(); });
-}
-
 Beam beam_of(std::span<const Ray> rays) {
   Beam beam{Box3d(rays[0].o), Box3d(rays[0].d)};
   for (size_t i = 1; i < rays.size(); ++i) {
@@ -75,6 +64,17 @@ Beam beam_of(std::span<const Beam> beams) {
 }
 
 }  // namespace
+
+bool is_clear(const MarchScene& scene, std::span<const WorldMedium* const> media, const Beam& beam) {
+  const size_t looked_into = scene.places.empty() && scene.is_leaping ? scene.grids.size() : 0;
+  for (size_t m = 0; m < looked_into; ++m) {
+    const MarchGrid& grid = scene.grids[m];
+    if (!is_clear(grid, seen_from(grid.local_from_world, beam))) return false;
+  }
+  return std::all_of(
+      media.begin() + std::ptrdiff_t(looked_into), media.end(),
+      [&](const WorldMedium* medium) { return beam.inside(medium->density->bounds()).empty(); });
+}
 
 void find_clear(const MarchScene& scene, std::span<const WorldMedium* const> media, std::span<const Ray> rays,
                 std::span<char> clear) {

@@ -3,6 +3,7 @@
 #include <span>
 
 #include "integrators/kernels/march_kernel.h"
+#include "lib/math/beam.h"
 #include "lib/scene/world.h"
 
 namespace pileus {
@@ -16,6 +17,9 @@ namespace pileus {
 ///   clear: [block of kClearRays]; at most kMostClear
 void find_clear(const MarchScene& scene, std::span<const WorldMedium* const> media, std::span<const Ray> rays,
                 std::span<char> clear);
+
+/// Whether none of the rays of a beam meets a medium: certain where true.
+bool is_clear(const MarchScene& scene, std::span<const WorldMedium* const> media, const Beam& beam);
 
 inline constexpr size_t kClearRays = 4 * kPacketRays, kMostClear = 4;
 

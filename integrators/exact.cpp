@@ -406,6 +406,15 @@ class ExactTracer final : public Tracer {
     return m_fog.choice().empty() ? std::vector<std::string>{} : std::vector<std::string>{m_fog.choice()};
   }
 
+  std::optional<RayResult> seen_alike(const Beam& beam) const override {
+    const auto is_aside = [&](const WorldMedium& medium) {
+      return beam.inside(medium.density->bounds()).empty();
+    };
+    if (m_plan.surfaces || m_plan.fog || !std::all_of(m_world.media.begin(), m_world.media.end(), is_aside))
+      return {};
+    return m_ends.uniform_background();
+  }
+
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     ExactTile tile(m_world, m_plan, m_ends, m_fog, m_tolerance);
     tile.trace(rays, results);

@@ -147,6 +147,12 @@ class MarchTracer final : public Tracer {
 
   bool traces_packets() const override { return true; }
 
+  std::optional<RayResult> seen_alike(const Beam& beam) const override {
+    if (m_plan.surfaces || m_plan.fog || m_enclosed || !is_clear(m_march.kernel, m_march.media(), beam))
+      return {};
+    return m_ends.uniform_background();
+  }
+
   std::vector<std::string> choices() const override { return m_choices; }
 
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
@@ -460,6 +466,7 @@ class OtherTracer final : public Tracer {
 
   size_t rays_per_call() const override { return m_exact->rays_per_call(); }
   std::vector<std::string> choices() const override { return m_choices; }
+  std::optional<RayResult> seen_alike(const Beam& beam) const override { return m_exact->seen_alike(beam); }
   void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
     m_exact->trace(rays, results, counters);
   }

@@ -54,6 +54,15 @@ Rgb RayEnds::background(const Vec3d& d) const {
   return sum;
 }
 
+std::optional<RayResult> RayEnds::uniform_background() const {
+  const std::optional<Rgb> radiance = m_world.background->uniform();
+  if (!radiance || m_plan.sun_disc) return std::nullopt;
+  RayResult seen;
+  seen.radiance = *radiance;
+  seen.error = 0.0;
+  return seen;
+}
+
 SurfacePoint RayEnds::surface_point(const Ray& ray, const WorldHit& hit, const RayPath& path,
                                     TraceCounters& counters) const {
   ++counters.surface_hits;

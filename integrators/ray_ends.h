@@ -90,6 +90,9 @@ class RayEnds {
   /// What a ray of direction d sees that meets nothing.
   Rgb background(const Vec3d& d) const;
 
+  /// What any ray from the camera sees that meets nothing; none where it depends on the ray.
+  std::optional<RayResult> uniform_background() const;
+
  private:
   SurfacePoint surface_point(const Ray& ray, const WorldHit& hit, const RayPath& path,
                              TraceCounters& counters) const;

@@ -63,6 +63,14 @@ void Film::set_pixel(int x, int y, std::span<const RayResult> rays) {
   set_pixel(x, y, rays.size() == 1 ? rays.front() : mean(rays));
 }
 
+void Film::fill(const Vec2i& lo, const Vec2i& hi, const RayResult& all) {
+  const std::vector<RayResult> rays(size_t(std::lround(1.0 / m_weight)), all);
+  const RayResult pixel = rays.size() == 1 ? all : mean(rays);
+  for (int y = lo.y; y < hi.y; ++y) {
+    for (int x = lo.x; x < hi.x; ++x) set_pixel(x, y, pixel);
+  }
+}
+
 void Film::set_pixel(int x, int y, const RayResult& result) {
   const size_t pixel = size_t(y) * size_t(m_image.width) + size_t(x);
   set(m_red, pixel, result.radiance.x);

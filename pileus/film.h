@@ -20,6 +20,9 @@ class Film {
   /// Sets pixel (x, y) from its rays.
   void set_pixel(int x, int y, std::span<const RayResult> rays);
 
+  /// Sets the pixels [lo, hi) as if all of their rays had this result.
+  void fill(const Vec2i& lo, const Vec2i& hi, const RayResult& all);
+
   /// Largest and mean of the error estimates; none where the integrator gives none.
   std::optional<double> max_error() const;
   std::optional<double> mean_error() const;

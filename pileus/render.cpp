@@ -89,6 +89,11 @@ class Pass {
  private:
   void render_tile(size_t index, const std::function<bool()>& must_stop) {
     Counters tile_counters;
+    if (const auto all = seen_alike(index)) {
+      const auto [lo, hi] = tiles.bounds(index);
+      film.fill(lo, hi, *all);
+      return finish_tile(index, tile_counters);
+    }
     std::vector<Ray> rays;
     std::vector<RayResult> results;
     const std::vector<Vec2i> pixels =
@@ -103,6 +108,14 @@ class Pass {
                      std::span(results).subspan(i * m_places.size(), m_places.size()));
     }
     finish_tile(index, tile_counters);
+  }
+
+  /// What all rays of a tile see, where that is known beforehand.
+  std::optional<RayResult> seen_alike(size_t index) const {
+    const auto [lo, hi] = tiles.bounds(index);
+    const Vec2d corner(m_crop.x0, m_crop.y0);
+    const auto beam = m_world.camera->beam(Vec2d(lo) + corner, Vec2d(hi) + corner, m_scene.render.size);
+    return beam ? m_tracer->seen_alike(*beam) : std::nullopt;
   }
 
   /// Traces as many rays at a time as the integrator likes; an interruption is heard in between.

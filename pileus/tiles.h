@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "lib/math/vec.h"
@@ -38,6 +40,12 @@ class TileGrid {
         m_done(size_t(m_columns) * size_t((height + m_shift.y + kSize - 1) / kSize), 0) {}
 
   size_t count() const { return m_done.size(); }
+
+  /// The part of the tile that is in the picture: [min, max).
+  std::pair<Vec2i, Vec2i> bounds(size_t tile) const {
+    const Vec2i lo = corner_of(tile), hi = lo + Vec2i(kSize);
+    return {{std::max(lo.x, 0), std::max(lo.y, 0)}, {std::min(hi.x, m_width), std::min(hi.y, m_height)}};
+  }
 
   /// The tile's pixels in Morton (quadtree) order; tiles at the edges have fewer.
   std::vector<Vec2i> pixels(size_t tile) const {

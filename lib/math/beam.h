@@ -1,6 +1,7 @@
 #pragma once
 
 #include <algorithm>
+#include <cmath>
 #include <limits>
 
 #include "lib/math/affine.h"
@@ -45,6 +46,19 @@ struct Beam {
     return result;
   }
 };
+
+/// A beam that also holds rays that are off by a few roundings of its coordinates.
+inline Beam rounded_outwards(Beam beam) {
+  constexpr double kRounding = 1e-14;
+  for (Box3d* box : {&beam.o, &beam.d}) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const double margin = kRounding * (1.0 + std::max(std::abs(box->min[axis]), std::abs(box->max[axis])));
+      box->min[axis] -= margin;
+      box->max[axis] += margin;
+    }
+  }
+  return beam;
+}
 
 /// A beam that holds the rays of another, seen from another space.
 inline Beam seen_from(const Affine& to_from, const Beam& beam) {

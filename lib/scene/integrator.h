@@ -58,6 +58,10 @@ class Tracer {
   /// every part of the picture that is rendered.
   virtual bool traces_packets() const { return false; }
 
+  /// The result of every ray of a beam from the camera where all of them are known to see the same, without
+  /// tracing any: a background of one colour, alone.
+  virtual std::optional<RayResult> seen_alike(const Beam& /*beam*/) const { return std::nullopt; }
+
   /// Fills results[i] for rays[i], which are neighbours in Morton order. The result of a ray does not depend
   /// on the rays beside it, except in packets.
   virtual void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const = 0;

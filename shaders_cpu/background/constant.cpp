@@ -20,6 +20,7 @@ struct Constant final : Background {
     params.rgb("radiance", m_radiance, "W/(m2 sr)", "from every direction").at_least(0);
   }
   Rgb radiance(const Vec3d&) const override { return m_radiance; }
+  std::optional<Rgb> uniform() const override { return m_radiance; }
   Rgb irradiance(const Vec3d&) const override { return std::numbers::pi * m_radiance; }
 };
 

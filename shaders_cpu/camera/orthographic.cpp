@@ -31,6 +31,12 @@ struct Orthographic final : Camera {
     const Vec2d at = 0.5 * m_width * image_plane(pixel, size);
     return {m_frame.position + (at.x * m_frame.right + at.y * m_frame.true_up), -m_frame.backward};
   }
+  std::optional<Beam> beam(const Vec2d& lo, const Vec2d& hi, const Vec2i& size) const override {
+    const Ray corners[] = {ray(lo, size), ray({lo.x, hi.y}, size), ray({hi.x, lo.y}, size), ray(hi, size)};
+    Beam beam{Box3d(corners[0].o), Box3d(corners[0].d)};
+    for (const Ray& corner : corners) beam.o.extendBy(corner.o);
+    return rounded_outwards(beam);
+  }
   Imath::M44d camera_from_world() const override { return m_frame.camera_from_world(); }
   Imath::M44d screen_from_world(const Vec2i& size) const override {
     const double scale_x = 2.0 / m_width;

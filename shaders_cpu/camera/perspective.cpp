@@ -38,6 +38,28 @@ struct Perspective final : Camera {
     const Vec2d at = m_tan_half * image_plane(pixel, size);
     return {m_frame.position, normalize(at.x * m_frame.right + at.y * m_frame.true_up - m_frame.backward)};
   }
+  std::optional<Beam> beam(const Vec2d& lo, const Vec2d& hi, const Vec2i& size) const override {
+    // Between the corners the way to the image plane is linear, its length convex: shortest where the
+    // rectangle is nearest to the middle of the image.
+    const Vec2d a = m_tan_half * image_plane(lo, size), b = m_tan_half * image_plane(hi, size);
+    Box3d ways;
+    double longest2 = 0.0;
+    for (const Vec2d& at : {a, Vec2d(a.x, b.y), Vec2d(b.x, a.y), b}) {
+      ways.extendBy(at.x * m_frame.right + at.y * m_frame.true_up - m_frame.backward);
+      longest2 = std::max(longest2, 1.0 + at.length2());
+    }
+    const auto nearest = [](double s, double t) {
+      return s * t < 0.0 ? 0.0 : std::min(std::abs(s), std::abs(t));
+    };
+    const Vec2d middle(nearest(a.x, b.x), nearest(a.y, b.y));
+    const double longest = std::sqrt(longest2), shortest = std::sqrt(1.0 + middle.length2());
+    Beam beam{Box3d(m_frame.position), ways};
+    for (int axis = 0; axis < 3; ++axis) {
+      beam.d.min[axis] /= ways.min[axis] < 0.0 ? shortest : longest;
+      beam.d.max[axis] /= ways.max[axis] < 0.0 ? longest : shortest;
+    }
+    return rounded_outwards(beam);
+  }
   Imath::M44d camera_from_world() const override { return m_frame.camera_from_world(); }
   Imath::M44d screen_from_world(const Vec2i& size) const override {
     const double scale_x = 1.0 / m_tan_half;
