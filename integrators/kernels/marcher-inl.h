@@ -216,10 +216,13 @@ class Marcher {
   HWY_INLINE void march_vectors(size_t v0, float first, float step, int count) {
     Way ways[kTogether];
     for (size_t u = 0; u < kTogether; ++u) ways[u] = begin_way(v0 + u);
+    GridReader::Cells cells[2][kTogether];  ///< of even and of odd steps
+    if constexpr (kGrids == 1) look_ahead(v0, first, step, 0, cells[0]);
     for (int k = 0; k < count; ++k) {
-      for (size_t u = 0; u < kTogether; ++u) place_step(v0 + u, first, step, k, ways[u]);
+      if constexpr (kGrids == 1) look_ahead(v0, first, step, k + 1, cells[(k + 1) & 1]);
+      for (size_t u = 0; u < kTogether; ++u) place_step(v0 + u, first, step, k, ways[u].t, ways[u].dt);
       Sample samples[kTogether];
-      composite(v0, ways, samples);
+      composite(v0, ways, cells[k & 1], samples);
       for (size_t u = 0; u < kTogether; ++u) advance(v0 + u, samples[u], ways[u]);
     }
     for (size_t u = 0; u < kTogether; ++u) {
@@ -237,11 +240,21 @@ class Marcher {
     return {m_history.get(v), m_passed.get(v), zero, m_error2.get(v), zero, zero};
   }
 
-  HWY_INLINE void place_step(size_t v, float first, float step, int k, Way& way) const {
+  HWY_INLINE void place_step(size_t v, float first, float step, int k, V& t, V& dt) const {
     const D d;
-    way.t = hn::Set(d, first + (float(k) + 0.5f) * step);
-    way.dt = hn::Set(d, step);
-    if (m_is_cut) cut(v, hn::Set(d, first + float(k) * step), hn::Set(d, step), way.t, way.dt);
+    t = hn::Set(d, first + (float(k) + 0.5f) * step);
+    dt = hn::Set(d, step);
+    if (m_is_cut) cut(v, hn::Set(d, first + float(k) * step), hn::Set(d, step), t, dt);
+  }
+
+  /// Finds out where a step will read, and asks memory for it while the step before is composited.
+  HWY_INLINE void look_ahead(size_t v0, float first, float step, int k, GridReader::Cells* cells) const {
+    for (size_t u = 0; u < kTogether; ++u) {
+      V t, dt;
+      place_step(v0 + u, first, step, k, t, dt);
+      cells[u] = locate(0, v0 + u, t);
+      m_grids[0].prefetch(cells[u]);
+    }
   }
 
   HWY_INLINE void advance(size_t v, const Sample& sample, Way& way) {
@@ -266,11 +279,9 @@ class Marcher {
   }
 
   /// Adds a step of every ray to the sums.
-  HWY_INLINE void composite(size_t v0, Way* ways, Sample* samples) {
+  HWY_INLINE void composite(size_t v0, Way* ways, const GridReader::Cells* cells, Sample* samples) {
     if constexpr (kGrids == 1) {
-      GridReader::Cells cells[kTogether];
       LatticeReader::Cells sun_cells[kTogether];
-      for (size_t u = 0; u < kTogether; ++u) cells[u] = locate(0, v0 + u, ways[u].t);
       if constexpr (kLights == 1) {
         for (size_t u = 0; u < kTogether; ++u) sun_cells[u] = locate_sun(0, v0 + u, ways[u].t);
       }
