@@ -6,6 +6,7 @@
 #include <limits>
 #include <string>
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include "pileus/pileus.h"
@@ -301,6 +302,49 @@ TEST(Render, progress_starts_at_0_ends_at_1_and_never_falls) {
   EXPECT_EQ(shares.front(), 0.0);
   EXPECT_EQ(shares.back(), 1.0);
   EXPECT_TRUE(std::is_sorted(shares.begin(), shares.end()));
+}
+
+/// Tiles that see nothing else are filled with a background of one colour; a gradient between equal colours
+/// looks the same, but is asked ray by ray.
+TEST(Render, tiles_that_see_nothing_else_have_the_background) {
+  const TempFolder folder;
+  write_grid(folder / "grid.vdb", random_grid(4, 1));
+  const auto scene = [&](const std::string& background) {
+    return fmt::format(R"(pileus = 1
+[render]
+size = [150, 90]
+aovs = "beauty,transmittance,Z,error_estimate"
+pixel_samples = 2
+[camera]
+type = "perspective"
+position = [0, 0, 90]
+[background]
+{}
+[light.sun]
+type = "sun"
+[volume.grid]
+type = "vdb"
+file = "{}"
+[volume.haze]
+type = "ellipsoid"
+center = [-20, 10, 0]
+radii = [5, 4, 3]
+extinction = 0.2
+)",
+                       background, (folder / "grid.vdb").string());
+  };
+  const std::string colour = "[0.1, 0.7, 0.3]";
+  const std::string filled = scene("type = \"constant\"\nradiance = " + colour),
+                    traced = scene(fmt::format(
+                        "type = \"gradient\"\nzenith = {0}\nhorizon = {0}\nground = {0}", colour));
+  for (const char* integrator : {"exact", "march"}) {
+    for (const bool is_cropped : {false, true}) {
+      const std::string with = std::string("render.integrator=") + integrator;
+      RenderOptions options;
+      if (is_cropped) options.crop = Crop{33, 1, 149, 88};
+      expect_same_pixels(image_of(filled, {with}, options), image_of(traced, {with}, options));
+    }
+  }
 }
 
 TEST(Render, crops_outside_of_the_picture_are_refused) {

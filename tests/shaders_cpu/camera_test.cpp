@@ -3,6 +3,8 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <optional>
+#include <random>
 
 #include <gtest/gtest.h>
 
@@ -66,6 +68,32 @@ TEST_P(Cameras, see_as_sharply_far_from_the_origin) {
     const Ray a = here->ray(pixel, kSize), b = there->ray(pixel, kSize);
     EXPECT_EQ(a.d, b.d);
     EXPECT_NEAR(length((b.o - offset) - a.o), 0.0, 4e-11) << "one rounding of the position";
+  }
+}
+
+TEST_P(Cameras, beams_hold_all_rays_of_their_rectangles_and_little_more) {
+  std::mt19937 random(3);
+  std::uniform_real_distribution<double> uniform(0.0, 1.0);
+  const auto pixel = [&] { return Vec2d(uniform(random) * kSize.x, uniform(random) * kSize.y); };
+  for (int n = 0; n < 2000; ++n) {
+    const Vec3d offset = std::pow(10.0, 8.0 * uniform(random)) * Vec3d(1, -2, 3);
+    const auto camera = make_plugin<Camera>(GetParam(), view(n % 2 ? offset : Vec3d(0.0)));
+    const Vec2d lo = pixel(), hi = n % 3 ? lo + Vec2d(16.0) : lo + pixel();
+    const std::optional<Beam> beam = camera->beam(lo, hi, kSize);
+    ASSERT_TRUE(beam);
+    Box3d o, d;
+    for (int k = 0; k < 20; ++k) {
+      const Vec2d share(k < 4 ? k & 1 : uniform(random), k < 4 ? k >> 1 : uniform(random));
+      const Ray ray = camera->ray(lo + share * (hi - lo), kSize);
+      for (int axis = 0; axis < 3; ++axis) {
+        ASSERT_TRUE(beam->o.min[axis] <= ray.o[axis] && ray.o[axis] <= beam->o.max[axis]);
+        ASSERT_TRUE(beam->d.min[axis] <= ray.d[axis] && ray.d[axis] <= beam->d.max[axis]);
+      }
+      o.extendBy(ray.o), d.extendBy(ray.d);
+    }
+    if (n % 3 == 0) continue;  // wide ones may hold more
+    EXPECT_LT(length(beam->d.size()), 2.0 * length(d.size()) + 1e-12);
+    EXPECT_LT(length(beam->o.size()), 2.0 * length(o.size()) + 1e-12 * (1.0 + length(o.min)));
   }
 }
 
