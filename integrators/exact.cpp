@@ -68,8 +68,9 @@ class ExactTile {
     if (m_plan.surfaces) {
       constexpr size_t kFewest = 16;  // rays for which one look pays
       std::vector<double> clear;
-      if (rays.size() >= kFewest) clear_distances(m_world, rays, clear);
-      nearest_surfaces(m_world, rays, m_ends.sight({}), clear, m_hits);
+      const std::vector<RaySight> seen(rays.size(), m_ends.sight({}));
+      if (rays.size() >= kFewest) clear_distances(m_world, rays, seen.front(), clear);
+      nearest_surfaces(m_world, rays, seen, clear, m_hits);
       if (!m_plan.media) m_ends.light_points(rays, m_hits, m_lit, counters);
     }
     for (size_t i = 0; i < rays.size(); ++i) results[i] = trace(rays[i], {}, m_hits[i], i);

@@ -202,7 +202,7 @@ class MarchTracer final : public Tracer {
   MarchPacket trace_packet(std::span<const Ray> rays, std::span<const RayPath> paths,
                            std::span<RayResult> results, TraceCounters& tile) const {
     MarchPacket packet(rays, m_march, m_plan.surfaces, m_shadows.has_value());
-    if (m_plan.surfaces) packet.find_hits(m_world, paths.empty());
+    if (m_plan.surfaces) packet.find_hits(m_world, sights(rays.size(), paths), paths.empty());
     if (m_plan.fog) packet.add_fog(m_fog, paths.empty());
     SecondaryRays next;
     for (size_t first = 0; first < rays.size(); first += kPacketRays) {
@@ -218,6 +218,14 @@ class MarchTracer final : public Tracer {
     count_work(packet, tile);
     for (size_t i = 0; i < rays.size(); ++i) results[i] = finish_ray(packet, i);
     return packet;
+  }
+
+  /// How wide pixels are along rays that come by these paths; none given: from the camera. Shadow rays see
+  /// no less of a surface than these, where they start on it.
+  std::vector<RaySight> sights(size_t rays, std::span<const RayPath> paths) const {
+    std::vector<RaySight> seen(rays, m_ends.sight({}));
+    for (size_t i = 0; i < paths.size(); ++i) seen[i] = m_ends.sight(paths[i]);
+    return seen;
   }
 
   /// Traces the rays and adds what they see to the ends of those that they come from.
@@ -299,7 +307,7 @@ class MarchTracer final : public Tracer {
     parallel_for((rays.size() + kRaysPerTask - 1) / kRaysPerTask, [&](size_t task) {
       const size_t first = task * kRaysPerTask, count = std::min(kRaysPerTask, rays.size() - first);
       MarchPacket packet(rays.subspan(first, count), m_march, m_plan.surfaces);
-      if (m_plan.surfaces) packet.find_hits(m_world, false);
+      if (m_plan.surfaces) packet.find_hits(m_world, sights(count, {}), false);
       if (m_plan.fog) packet.add_fog(m_fog, true);
       TraceCounters counters;
       for (size_t i = 0; i < count; ++i) {

@@ -40,10 +40,10 @@ bool refine_once(const MarchScene& scene, double allowed, size_t first, size_t e
 
 }  // namespace
 
-void MarchPacket::find_hits(const World& world, bool are_neighbours) {
+void MarchPacket::find_hits(const World& world, std::span<const RaySight> seen, bool are_neighbours) {
   std::vector<double> clear;
-  if (are_neighbours) clear_distances(world, rays, clear);
-  nearest_surfaces(world, rays, {}, clear, hits);
+  if (are_neighbours && !rays.empty()) clear_distances(world, rays, seen.front(), clear);
+  nearest_surfaces(world, rays, seen, clear, hits);
 }
 
 void march_packet(const MarchScene& scene, MarchPacket& packet) {

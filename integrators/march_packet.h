@@ -45,8 +45,9 @@ struct MarchPacket {
   }
 
   /// Finds what all rays meet, together.
-  ///   are_neighbours: it is worth knowing how far all of them meet nothing
-  void find_hits(const World& world, bool are_neighbours);
+  ///   seen: [ray]
+  ///   are_neighbours: from the camera; it is worth knowing how far all of them meet nothing
+  void find_hits(const World& world, std::span<const RaySight> seen, bool are_neighbours);
 
   /// Makes room for the fog of a world.
   void add_fog(const FogSetup& setup, bool from_camera) {

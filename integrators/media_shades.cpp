@@ -23,7 +23,7 @@ Shade shade_by_bounds(const Shape& shape, const Vec3d& p0, const Vec3d& p1, cons
   if (!shape.may_shadow(box, wi)) return Shade::none;
   if (!shape.knows_clear_distance()) return Shade::unknown;
   const std::array<Ray, 2> beam{Ray{p0, wi}, Ray{p1, wi}};
-  return std::isinf(shape.clear_distance(beam)) ? Shade::none : Shade::unknown;
+  return std::isinf(shape.clear_distance(beam, {})) ? Shade::none : Shade::unknown;
 }
 
 Shade shade_of(const Shape& shape, const Vec3d& p0, const Vec3d& p1, const Vec3d& wi, double off) {

@@ -199,7 +199,7 @@ Segments SolidShadows::clear_stretches(const Shape& shape, size_t light, const P
       if (!(t0 < t1)) continue;
       for (const double t : {t0, t1}) beam.push_back({packet.rays[i].at(t), m_towards_suns[light]});
     }
-    if (beam.empty() || std::isinf(shape.clear_distance(beam))) return append(clear, stretch);
+    if (beam.empty() || std::isinf(shape.clear_distance(beam, {}))) return append(clear, stretch);
     if (halvings == 0) return;
     const double middle = 0.5 * (stretch.t0 + stretch.t1);
     look({stretch.t0, middle}, halvings - 1);

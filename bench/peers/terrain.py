@@ -17,7 +17,7 @@ from common import HERE, ROOT, Paths, Scene, camera_frame, read_channel, run
 
 SCENE = HERE / "ground.toml"
 WIDTH, HIGHEST = 10000.0, 60000  # [m], and the highest number of a table
-DETAIL = 0.5                     # [pixel]
+DETAILS = (0.5, 1)               # [pixel]
 
 
 class Ground(Scene):
@@ -132,7 +132,7 @@ def compare(paths, scene, sizes, repeat):
     for size in sizes:
         cell = WIDTH / (size - 1)
         npy, png = paths.out / f"ground_{size}.npy", paths.out / f"ground_{size}.png"
-        ways = {".npy": (npy, ()), f".npy, level of detail {DETAIL}": (npy, detail(DETAIL)), ".png": (png, ())}
+        ways = {".npy": (npy, ()), **{f".npy, level of detail {x}": (npy, detail(x)) for x in DETAILS}, ".png": (png, ())}
         pov, ours = [], {name: [] for name in ways}
         for _ in range(repeat):
             pov.append(render_pov(paths, scene, size))
@@ -179,7 +179,7 @@ def tell_linear(x, seconds):
 def curves(paths, sizes, repeat):
     table = lambda size: paths.out / f"ground_{size}.npy"
     cell = lambda size: WIDTH / (size - 1)
-    for name, more in (("as it is", ()), (f"level of detail {DETAIL} pixel", detail(DETAIL))):
+    for name, more in (("as it is", ()), *((f"level of detail {x} pixel", detail(x)) for x in DETAILS)):
         points = [(f"{size} x {size}", table(size), cell(size), more, size) for size in sizes]
         curve(paths, repeat, f"table, equal framing, {name}", points, tell_doubling)
     pictures = [(320, 180), (640, 360), (1280, 720), (2560, 1440)]

@@ -73,8 +73,9 @@ struct Shape : Plugin {
   /// A distance before which none of the rays, which are neighbours, meets the shape [m]; infinite where none
   /// meets it at all. Holds for all rays between them, too: means of theirs. Asked once for many rays: worth
   /// more than it costs where a form has it cheaply.
-  virtual double clear_distance(std::span<const Ray> rays) const {
-    (void)rays;
+  ///   seen: of each of them
+  virtual double clear_distance(std::span<const Ray> rays, const RaySight& seen) const {
+    (void)rays, (void)seen;
     return 0.0;
   }
 

@@ -9,7 +9,8 @@ namespace pileus {
 namespace {
 
 /// Up to how many bounded shapes are asked one by one. Measured (bench/README.md, "micro: objects"): the tree
-/// begins to pay at 11 spheres, at 7 free forms asked ray by ray, and at 17 that meet packets of rays together.
+/// begins to pay at 11 spheres, at 7 free forms asked ray by ray, and at 17 that meet packets of rays
+/// together.
 constexpr size_t kFew = 12;
 
 bool is_finite(const Box3d& box) {
@@ -87,32 +88,33 @@ std::optional<WorldHit> ShapeIndex::nearest(const Ray& ray, Segment segment, con
   return nearest.hit;
 }
 
-void ShapeIndex::nearest(std::span<const Ray> rays, const RaySight& seen, std::span<const double> clear,
-                         std::span<std::optional<WorldHit>> hits) const {
+void ShapeIndex::nearest(std::span<const Ray> rays, std::span<const RaySight> seen,
+                         std::span<const double> clear, std::span<std::optional<WorldHit>> hits) const {
   const Segment whole{0.0, std::numeric_limits<double>::infinity()};
   std::vector<Nearest> nearest(rays.size());
   std::vector<Segment> segments(rays.size(), whole);
-  std::vector<RaySight> sights(rays.size(), seen);
+  std::vector<RaySight> sights(rays.size());
+  const auto sight = [&](size_t i) { return seen.empty() ? RaySight{} : seen[i]; };
   std::vector<std::optional<SurfaceHit>> found(rays.size());
   for (const size_t number : m_alone) {
-    const RaySight here = with_clear(seen, clear, number);
-    if (std::isinf(here.clear)) continue;
+    if (!clear.empty() && std::isinf(clear[number])) continue;
     for (size_t i = 0; i < rays.size(); ++i) {
       segments[i] = nearest[i].segment_for(number, whole);
-      sights[i] = here;
+      sights[i] = with_clear(sight(i), clear, number);
     }
     m_shapes[number]->intersect_all(rays, segments, sights, found);
     for (size_t i = 0; i < rays.size(); ++i) nearest[i].take(found[i], number, m_shapes[number]);
   }
   for (size_t i = 0; i < rays.size(); ++i) {
-    if (!m_indexed.empty()) ask_indexed(rays[i], whole, seen, clear, nearest[i]);
+    if (!m_indexed.empty()) ask_indexed(rays[i], whole, sight(i), clear, nearest[i]);
     hits[i] = nearest[i].hit;
   }
 }
 
-void ShapeIndex::clear_distances(std::span<const Ray> rays, std::vector<double>& clear) const {
+void ShapeIndex::clear_distances(std::span<const Ray> rays, const RaySight& seen,
+                                 std::vector<double>& clear) const {
   clear.clear();
-  for (const Shape* shape : m_shapes) clear.push_back(shape->clear_distance(rays));
+  for (const Shape* shape : m_shapes) clear.push_back(shape->clear_distance(rays, seen));
 }
 
 bool ShapeIndex::is_occluded(const Ray& ray, Segment segment, const RaySight& seen) const {

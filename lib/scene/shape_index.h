@@ -36,11 +36,12 @@ class ShapeIndex {
                                   std::span<const double> clear = {}) const;
 
   /// The same of neighbouring rays from t = 0 on, together.
-  void nearest(std::span<const Ray> rays, const RaySight& seen, std::span<const double> clear,
+  ///   seen: of each ray; empty: every detail counts
+  void nearest(std::span<const Ray> rays, std::span<const RaySight> seen, std::span<const double> clear,
                std::span<std::optional<WorldHit>> hits) const;
 
   /// Shape::clear_distance of each shape.
-  void clear_distances(std::span<const Ray> rays, std::vector<double>& clear) const;
+  void clear_distances(std::span<const Ray> rays, const RaySight& seen, std::vector<double>& clear) const;
 
   /// True where a shape that casts shadows, and has no holes, stands in the segment.
   bool is_occluded(const Ray& ray, Segment segment, const RaySight& seen = {}) const;

@@ -191,17 +191,19 @@ std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segm
   return nearest;
 }
 
-void nearest_surfaces(const World& world, std::span<const Ray> rays, const RaySight& seen,
+void nearest_surfaces(const World& world, std::span<const Ray> rays, std::span<const RaySight> seen,
                       std::span<const double> clear, std::span<std::optional<WorldHit>> hits) {
   if (world.index) return world.index->nearest(rays, seen, clear, hits);
   for (size_t i = 0; i < rays.size(); ++i) {
-    hits[i] = nearest_surface(world, rays[i], {0.0, std::numeric_limits<double>::infinity()}, seen, clear);
+    hits[i] = nearest_surface(world, rays[i], {0.0, std::numeric_limits<double>::infinity()},
+                              seen.empty() ? RaySight{} : seen[i], clear);
   }
 }
 
-void clear_distances(const World& world, std::span<const Ray> rays, std::vector<double>& clear) {
+void clear_distances(const World& world, std::span<const Ray> rays, const RaySight& seen,
+                     std::vector<double>& clear) {
   clear.clear();
-  if (world.index) world.index->clear_distances(rays, clear);
+  if (world.index) world.index->clear_distances(rays, seen, clear);
 }
 
 bool is_occluded(const World& world, const Ray& ray, Segment segment, const RaySight& seen) {

@@ -62,11 +62,12 @@ std::optional<WorldHit> nearest_surface(const World& world, const Ray& ray, Segm
                                         const RaySight& seen = {}, std::span<const double> clear = {});
 
 /// The same of neighbouring rays from t = 0 on, together.
-void nearest_surfaces(const World& world, std::span<const Ray> rays, const RaySight& seen,
+void nearest_surfaces(const World& world, std::span<const Ray> rays, std::span<const RaySight> seen,
                       std::span<const double> clear, std::span<std::optional<WorldHit>> hits);
 
 /// What is clear before neighbouring rays, per shape; empty where nothing is known.
-void clear_distances(const World& world, std::span<const Ray> rays, std::vector<double>& clear);
+void clear_distances(const World& world, std::span<const Ray> rays, const RaySight& seen,
+                     std::vector<double>& clear);
 
 /// True where a solid without holes stands in the segment: the shadow query of solids.
 bool is_occluded(const World& world, const Ray& ray, Segment segment, const RaySight& seen = {});

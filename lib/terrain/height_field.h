@@ -4,6 +4,7 @@
 
 #include "lib/math/beam.h"
 #include "lib/math/ray.h"
+#include "lib/terrain/coarse_patches.h"
 #include "lib/terrain/height_pyramid.h"
 #include "lib/terrain/height_table.h"
 
@@ -46,9 +47,11 @@ class HeightField {
   explicit HeightField(HeightTable table, HeightInterpolation interpolation = HeightInterpolation::bilinear,
                        bool is_coarsened = false)
       : m_table(std::move(table)),
-        m_pyramid(m_table, interpolation, is_coarsened),
+        m_pyramid(m_table, interpolation),
         m_interpolation(interpolation),
-        m_is_coarsened(is_coarsened) {}
+        m_is_coarsened(is_coarsened) {
+    if (is_coarsened) m_coarse = CoarsePatches(m_table, interpolation, highest());
+  }
 
   const HeightTable& table() const { return m_table; }
   HeightRange range() const { return m_pyramid.all(); }
@@ -63,11 +66,15 @@ class HeightField {
 
   /// A t before which all rays of a beam are above the surface or beside the map; infinite where none meets
   /// it.
-  double clear_distance(const Beam& beam) const;
+  ///   sight: of all the rays; of it, what they need not see
+  double clear_distance(const Beam& beam, const HeightSight& sight = {}) const;
 
  private:
+  float highest() const { return std::max(std::abs(range().least), std::abs(range().greatest)); }
+
   HeightTable m_table;
   HeightPyramid m_pyramid;
+  CoarsePatches m_coarse;  ///< where it is coarsened
   HeightInterpolation m_interpolation = HeightInterpolation::bilinear;
   bool m_is_coarsened = false;
 };

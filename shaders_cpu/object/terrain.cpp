@@ -5,8 +5,9 @@
 ///   threshold    [m]   lower parts of the file are left out, before scaling; default none are
 ///   interpolation   "bilinear" patches, or "bicubic": smooth, through the same heights
 ///   level_of_detail   [pixel]   by how much heights may be off where many of them fall on a pixel; 0: not at
-///   all scale, rotate_deg, translate   where it is put shader       what light does on the surface; default
-///   phong
+///                all
+///   scale, rotate_deg, translate   where it is put
+///   shader       what light does on the surface; default phong
 ///
 ///   [object.valley]
 ///   type = "terrain"
@@ -83,14 +84,14 @@ struct Terrain final : Shape {
   }
 
   bool knows_clear_distance() const override { return true; }
-  double clear_distance(std::span<const Ray> rays) const override {
+  double clear_distance(std::span<const Ray> rays, const RaySight& seen) const override {
     Beam beam;
     for (const Ray& ray : rays) {
       const Ray in_grid = grid_ray(ray);
       beam.o.extendBy(in_grid.o);
       beam.d.extendBy(in_grid.d);
     }
-    return m_field.clear_distance(beam);
+    return m_field.clear_distance(beam, height_sight(seen));
   }
 
   std::optional<SurfaceHit> intersect_seen(const Ray& ray, Segment segment,

@@ -1,5 +1,6 @@
 // The surface seen in other ways than as bilinear cells: bicubic, coarsened from afar; and that no ray slips
 // through it, however it is seen. PILEUS_HUNT=100 looks for holes with a hundred times as many rays.
+#include <array>
 #include <cmath>
 #include <random>
 #include <string>
@@ -95,37 +96,92 @@ TEST(BicubicField, agrees_with_small_steps) {
   EXPECT_LT(missed_by_steps, 40);
 }
 
-TEST(Pyramid, knows_how_far_patches_deviate) {
+/// Where a map point lies in a block of a level.
+struct InBlock {
+  int i, j;
+  double s, r;
+};
+
+InBlock in_block(const HeightTable& table, int level, double u, double v) {
+  const int i = int(u) >> level, j = int(v) >> level, u0 = i << level, v0 = j << level;
+  const int u1 = std::min((i + 1) << level, table.cells_x()),
+            v1 = std::min((j + 1) << level, table.cells_y());
+  return {i, j, (u - u0) / (u1 - u0), (v - v0) / (v1 - v0)};
+}
+
+float highest(const HeightTable& table) {
+  float highest = 0.0F;
+  for (const float z : table.heights) highest = std::max(highest, std::isnan(z) ? 0.0F : std::abs(z));
+  return highest;
+}
+
+/// At random points and at nodes, where bilinear patches deviate most.
+TEST(CoarsePatches, know_how_far_they_deviate) {
+  constexpr int kUnit = CoarsePatches::kUnit, kCoarsest = CoarsePatches::kCoarsest;
   std::mt19937 random(19);
   std::uniform_real_distribution<double> unit(0.0, 1.0);
   for (const auto interpolation : {HeightInterpolation::bilinear, HeightInterpolation::bicubic}) {
-    for (const double holes : {0.0, 0.01}) {
-      const HeightTable table = rough_table(70, 45, random, holes);
+    for (const double holes : {0.0, 0.003}) {
+      const HeightTable table = rough_table(1100, 45, random, holes);
       const HeightField field(table, interpolation);
-      const HeightPyramid pyramid(table, interpolation, true);
-      double largest_share = 0.0;
-      for (int k = 0; k < 60000; ++k) {
-        const int level = 1 + k % pyramid.top();
-        const double u = 69 * unit(random), v = 44 * unit(random);
-        const int i = int(u) >> level, j = int(v) >> level;
-        const int u0 = i << level, v0 = j << level;
-        const int u1 = std::min((i + 1) << level, 69), v1 = std::min((j + 1) << level, 44);
-        const double z = field.height(u, v),
-                     patch = table.patch(level, i, j).at((u - u0) / (u1 - u0), (v - v0) / (v1 - v0));
-        const double bound = pyramid.deviation(level, i, j);
-        if (level <= HeightPyramid::kCoarsestPatch && !std::isnan(patch)) {
-          ASSERT_EQ(pyramid.patch(level, i, j).at(0.3, 0.8), table.patch(level, i, j).at(0.3, 0.8));
+      const CoarsePatches patches(table, interpolation, highest(table));
+      std::array<double, kCoarsest + 1> largest_share{};
+      int holed = 0;
+      for (int k = 0; k < hunted(400000); ++k) {
+        const int level = 1 + k % kCoarsest, of_block = std::max(level, kUnit);
+        double u = 1099 * unit(random), v = 44 * unit(random);
+        if (k % 2 == 0) u = std::floor(u), v = std::floor(v);
+        const InBlock here = in_block(table, level, u, v);
+        const int i = int(u) >> of_block, j = int(v) >> of_block;
+        const double z = field.height(u, v), patch = table.patch(level, here.i, here.j).at(here.s, here.r);
+        const double bound = patches.deviation(level, i, j);
+        ASSERT_EQ(patches.patch(level, here.i, here.j).at(0.3, 0.8) ==
+                      table.patch(level, here.i, here.j).at(0.3, 0.8),
+                  !std::isnan(patch));
+        if (level > 1 && level <= kUnit) {
+          ASSERT_LE(patches.deviation(level - 1, i, j), bound);
         }
         if (std::isnan(z) || std::isnan(patch)) {
+          ++holed;
           ASSERT_EQ(bound, kInf);
           continue;
         }
-        ASSERT_LE(std::abs(z - patch), bound + 1e-12) << level << " " << u << " " << v;
-        if (level == 1 && bound > 0.0) largest_share = std::max(largest_share, std::abs(z - patch) / bound);
+        ASSERT_LE(std::abs(z - patch), bound) << level << " " << u << " " << v;
+        double& share = largest_share[size_t(level)];
+        share = std::max(share, std::abs(z - patch) / bound);
       }
-      EXPECT_GT(largest_share, 0.5) << "no decoration";
+      for (int level = 1; level <= kCoarsest; ++level)
+        EXPECT_GT(largest_share[size_t(level)], interpolation == HeightInterpolation::bilinear ? 0.98 : 0.5)
+            << "no decoration: " << level;
+      EXPECT_EQ(holed > 100, holes > 0.0);
     }
   }
+}
+
+TEST(CoarsePatches, count_where_they_deviate_by_no_more_than_is_allowed) {
+  constexpr int kUnit = CoarsePatches::kUnit;
+  std::mt19937 random(31);
+  std::uniform_real_distribution<double> exponent(-8.0, 4.0);
+  const HeightTable table = rough_table(90, 70, random, 0.001);
+  const CoarsePatches patches(table, HeightInterpolation::bilinear, highest(table));
+  std::array<int, kUnit + 1> seen{};
+  for (int k = 0; k < 20000; ++k) {
+    const int i = k % 12, j = k % 9;
+    const double allowed = k == 0 ? 0.0 : k == 1 ? 1e300 : std::exp2(exponent(random));
+    const auto allowance = CoarsePatches::allowance(allowed);
+    const int level = patches.level_of_unit(allowance, i, j);
+    ++seen[size_t(level)];
+    if (level > 0) {
+      ASSERT_LE(patches.deviation(level, i, j), allowed);
+    }
+    if (level < kUnit) {
+      ASSERT_GT(patches.deviation(level + 1, i, j), 0.99 * allowed);
+    }
+    const double large = patches.deviation(kUnit + 1, i / 2, j / 2);
+    ASSERT_TRUE(large <= allowed || !patches.counts(allowance, kUnit + 1, i / 2, j / 2));
+    ASSERT_TRUE(large > 0.99 * allowed || patches.counts(allowance, kUnit + 1, i / 2, j / 2));
+  }
+  for (const int count : seen) EXPECT_GT(count, 500);
 }
 
 double entry_to_map(const HeightTable& table, const Ray& ray) {
@@ -148,7 +204,7 @@ TEST(CoarseField, keeps_to_the_deviation_that_is_allowed) {
     const HeightField field(table, interpolation, true);
     for (int k = 0; k < 8000; ++k) {
       const Ray ray = random_ray(table, random, k % 2 == 0 ? 40.0 : 500.0);
-      HeightSight sight{0.0, 0.05 * (k % 4), 0.0004};
+      HeightSight sight{0.0, 0.3 * (k % 5), 0.0004};
       const auto hit = field.intersect(ray, {0.0, kInf}, -kInf, sight);
       Beam beam;
       for (int n = 0; n < 4; ++n) {
@@ -156,7 +212,7 @@ TEST(CoarseField, keeps_to_the_deviation_that_is_allowed) {
         beam.d.extendBy(normalize(ray.d + 0.004 * Vec3d(n % 2, n / 2, n % 3 - 1)));
         beam.d.extendBy(ray.d);
       }
-      sight.clear = field.clear_distance(beam);
+      sight.clear = field.clear_distance(beam, sight);
       const auto same = field.intersect(ray, {0.0, kInf}, -kInf, sight);
       ASSERT_EQ(hit.has_value(), same.has_value()) << k;
       const auto exact = field.intersect(ray, {0.0, kInf}, -kInf);
@@ -191,17 +247,18 @@ TEST(CoarseField, keeps_to_the_deviation_that_is_allowed) {
 struct Seen {
   std::string name;
   HeightInterpolation interpolation;
-  double coarsening;
+  double coarseness;  ///< a middling one
 };
 
 class Watertight : public testing::TestWithParam<Seen> {};
 
 /// From above all of it to below all of it within the map: every such ray meets the surface. Through nodes,
-/// along edges, along grid lines, at any slant, up to 1.5e5 cells from the origin.
+/// along edges, along grid lines, at any slant, up to 1.5e5 cells from the origin. Seen coarsely, blocks of
+/// all sizes lie beside each other.
 TEST_P(Watertight, no_ray_slips_through) {
   std::mt19937 random(29);
   const HeightTable table = rough_table(257, 200, random);
-  const HeightField field(table, GetParam().interpolation, GetParam().coarsening > 0.0);
+  const HeightField field(table, GetParam().interpolation, GetParam().coarseness > 0.0);
   const double top = field.range().greatest + 0.1, bottom = field.range().least - 0.1;
   std::uniform_real_distribution<double> unit(-1.0, 1.0), across(40.0, 150.0);
   const int rays = hunted(40000);
@@ -218,7 +275,8 @@ TEST_P(Watertight, no_ray_slips_through) {
       const double half = 0.5 * (top - bottom);
       if (std::max(std::abs(d.x), std::abs(d.y)) * half > 35.0) continue;
       const Ray ray{target - d * (half + distance), d};
-      const HeightSight sight{0.0, GetParam().coarsening, 0.0};
+      const double coarse = GetParam().coarseness * std::exp2(k % 9 - 4);
+      const HeightSight sight{0.0, k % 4 == 0 ? 0.0 : coarse, k % 4 == 1 ? 0.0 : coarse / (half + distance)};
       ASSERT_TRUE(field.intersect(ray, {0.0, kInf}, -kInf, sight)) << distance << " " << k;
       // The same the other way round, from below.
       const Ray back{target + d * (half + distance), -d};
@@ -230,8 +288,8 @@ TEST_P(Watertight, no_ray_slips_through) {
 INSTANTIATE_TEST_SUITE_P(Fields, Watertight,
                          testing::Values(Seen{"bilinear", HeightInterpolation::bilinear, 0.0},
                                          Seen{"bicubic", HeightInterpolation::bicubic, 0.0},
-                                         Seen{"coarse", HeightInterpolation::bilinear, 0.2},
-                                         Seen{"coarse_bicubic", HeightInterpolation::bicubic, 0.2}),
+                                         Seen{"coarse", HeightInterpolation::bilinear, 0.5},
+                                         Seen{"coarse_bicubic", HeightInterpolation::bicubic, 0.5}),
                          [](const auto& test) { return test.param.name; });
 
 }  // namespace
