@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "lib/core/build_features.h"
+#include "lib/core/parallel.h"
 
 namespace pileus {
 
@@ -23,7 +24,6 @@ double bound_in_floats(double bound, const Rgb& radiance) {
 Film::Film(int width, int height, int pixel_rays, const EffectPlan& plan) : m_weight(1.0 / pixel_rays) {
   m_image.width = width;
   m_image.height = height;
-  m_errors.resize(m_image.pixel_count());
   const auto wants = [&](const char* aov) { return plan.aovs.count(aov) > 0; };
   m_red = add_if(wants("beauty"), "R");
   m_green = add_if(wants("beauty"), "G");
@@ -36,11 +36,16 @@ Film::Film(int width, int height, int pixel_rays, const EffectPlan& plan) : m_we
   m_error = add_if(wants("error_estimate"), "error_estimate");
   m_bound = add_if(wants("error_bound"), "error_bound");
   m_has_aovs = plan.aovs.size() > plan.aovs.count("beauty");
+  // All planes at once: what takes its time is that the system has to find the memory.
+  const size_t planes = m_image.channels.size();
+  parallel_for(planes + 1, [&](size_t i) {
+    (i < planes ? m_image.channels[i].values : m_errors).assign(m_image.pixel_count(), 0.0f);
+  });
 }
 
 int Film::add_if(bool wanted, const char* name) {
   if (!wanted) return -1;
-  m_image.add(name);
+  m_image.channels.push_back({name, {}});
   return int(m_image.channels.size()) - 1;
 }
 
