@@ -1,10 +1,12 @@
 #pragma once
 
+#include <map>
 #include <memory>
 #include <vector>
 
 #include "integrators/march_scene.h"
 #include "integrators/media_shades.h"
+#include "lib/geom/box_index.h"
 #include "lib/volume/curvature_grid.h"
 #include "lib/volume/known_columns.h"
 
@@ -47,6 +49,7 @@ class EnclosedWorld {
   /// A grid where it stands.
   struct Place {
     size_t grid;
+    const CurvatureGrid* curvature;  ///< null where nothing is dimmed
     Affine local_from_world;
     Box3d box;  ///< of what is not 0, world
   };
@@ -56,11 +59,14 @@ class EnclosedWorld {
   };
   struct Curvature {
     std::unique_ptr<const BrickPyramid> pyramid;  ///< of the voxels as they are, in floats
-    std::unique_ptr<const CurvatureGrid> grid;    ///< null where nothing is dimmed
+    std::unique_ptr<const CurvatureGrid> grid;
   };
 
-  void add_curvature(const WorldMedium& medium);
+  const CurvatureGrid* curvature_of(const WorldMedium& medium);
   void add_places();
+  void add_place(size_t grid, const Affine& local_from_world);
+  template <class Visit>
+  void for_places_on(const Ray& ray, const Visit& visit) const;
   bool may_shade(const Place& place, size_t light, const Ray& ray, Segment segment) const;
   double depth_variation(const Place& place, size_t light, const Vec3d& middle, const Vec3d& step) const;
 
@@ -68,9 +74,11 @@ class EnclosedWorld {
   const EffectPlan& m_plan;
   const MarchWorld& m_march;
   MediaShades m_shades;
-  std::vector<Curvature> m_curvatures;  ///< [grid]
+  std::map<const BrickGrid*, Curvature> m_curvatures;
   std::vector<Place> m_places;
-  std::vector<Haze> m_hazes;  ///< that dim light
+  BoxIndex m_index;             ///< of where places bend, larger by the longest step
+  double m_longest_step = 0.0;  ///< across a cell of any place [m]
+  std::vector<Haze> m_hazes;    ///< that dim light
   Box3d m_haze_bounds;
 };
 

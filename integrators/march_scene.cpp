@@ -91,8 +91,6 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
   const bool wants_bound = plan.aovs.count("error_bound") > 0;
   for (const WorldMedium& medium : world.media) {
     if (medium.density->has_bricks()) {
-      if (wants_bound && medium.density->places().size() > 1)
-        return "no bound is known for volume \"" + medium.name + "\", which stands in several places";
       if (!wants_bound && depth_of_voxel(medium) > kDeepestVoxel)
         return "light ends within a small part of a voxel of volume \"" + medium.name + "\"";
       continue;
