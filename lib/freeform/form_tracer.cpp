@@ -272,7 +272,7 @@ void FormTracer::cross(std::span<const Ray> rays, std::span<const Segment> segme
     beam.o.extendBy(ray.o);
     beam.d.extendBy(ray.d);
   }
-  if (m_operands.empty()) std::fill(t.begin(), t.end(), kUndecided);
+  if (m_operands.empty()) std::replace(t.begin(), t.end(), kNever, kUndecided);
   for (const Operand& operand : m_operands) {
     if (beam.inside(operand.node->bounds).empty()) continue;
     for (size_t first = 0; first < rays.size(); first += CrossingRays::kMost) {

@@ -341,6 +341,18 @@ TEST(FormTracer, rays_that_end_inside_a_union_meet_its_surface_alone) {
   EXPECT_GT(met_some, 2000);
 }
 
+/// What other solids hide stays hidden, however a form is traced.
+TEST(FormTracer, rays_that_are_met_already_stay_so) {
+  const FreeForm form = joined(Join::unite, sphere({0, 0, 0}, 1), sphere({1, 0, 0}, 1));
+  const std::vector<Ray> rays{{{-5, 0, 0}, {1, 0, 0}}, {{-5, 3, 0}, {1, 0, 0}}, {{-5, 3, 0}, {1, 0, 0}}};
+  const std::vector<Segment> segments(rays.size(), {0, 20});
+  for (const TraceMethod method : {TraceMethod::newton, TraceMethod::subdivision}) {
+    std::vector<char> met{0, 1, 0};
+    FormTracer(form, method).find_met(rays, segments, met);
+    EXPECT_EQ(met, (std::vector<char>{1, 1, 0}));
+  }
+}
+
 /// A union from which something is taken, as windows are from a hull: rays that do not come near what is
 /// taken are met together, the others one by one.
 TEST(FormTracer, rays_together_see_what_is_taken_from_a_union) {
