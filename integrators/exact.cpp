@@ -160,15 +160,19 @@ class ExactTile {
 
   /// On a long way through a haze, the shadow that a grid throws there would slip between the points.
   void cut_at_shadows_of_grids(const Ray& ray, Segment segment) {
+    constexpr int kParts = 8;
     const Segment in_media = media_range(m_world, ray, segment);
-    if (in_media.empty()) return;
+    if (in_media.empty() || !std::isfinite(in_media.length())) return;
     for (const auto& light : m_world.lights) {
       if (!light->is_directional()) continue;
       for (const WorldMedium& medium : m_world.media) {
         if (!medium.density->has_bricks()) continue;
         const Segment shadow = shadow_of_box(ray, in_media, light->at(ray.o).wi, medium.density->bounds());
-        for (const double t : {shadow.t0, shadow.t1})
+        if (shadow.empty()) continue;
+        for (int n = 0; n <= kParts; ++n) {
+          const double t = shadow.t0 + double(n) / kParts * shadow.length();
           if (t > segment.t0 && t < segment.t1) m_cuts.push_back(t);
+        }
       }
     }
   }
