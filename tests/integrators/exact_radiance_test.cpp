@@ -344,12 +344,8 @@ extinction = 2
   EXPECT_EQ(miss.transmittance, 1.0);
 }
 
-/// The shadow of a grid of 4 m on a way of 2 km through haze, against many small steps.
-TEST(ExactRadiance, shadows_of_small_grids_on_haze_are_not_overlooked) {
-  TempFolder folder;
-  const auto grid = random_grid(16, 51);
-  grid->setTransform(openvdb::math::Transform::createLinearTransform(0.25));
-  write_grid(folder / "grid.vdb", grid);
+/// The shadow of a volume of 4 m around (139, 5, 2) on a way of 1 km through haze, against many small steps.
+void expect_shadow_on_haze(const std::string& volume) {
   const PictureScene scene("\"exact\"",
                            fmt::format(R"(
 [camera]
@@ -358,18 +354,13 @@ type = "perspective"
 type = "sun"
 direction = [0.3, 0.8, 0.1]
 irradiance = [5, 5, 5]
-[volume.grid]
-type = "vdb"
-file = "{}"
-extinction = 2
-translate = [137, 3, 0]
-[volume.haze]
+{}[volume.haze]
 type = "box"
 min = [-1000, -1, -1000]
 max = [1000, 10, 1000]
 extinction = 0.002
 )",
-                                       (folder / "grid.vdb").string()),
+                                       volume),
                            1e-6);
   const Ray ray{{0.5, 0, 0}, {1, 0, 0}};
   const Vec3d towards_sun = normalize(Vec3d(0.3, 0.8, 0.1));
@@ -394,6 +385,21 @@ extinction = 0.002
   ASSERT_GT(in_shadow, 1e-3);
   const RayResult result = scene.trace({ray})[0];
   EXPECT_NEAR(result.radiance.x, expected, 2e-6);
+}
+
+TEST(ExactRadiance, shadows_of_small_grids_on_haze_are_not_overlooked) {
+  TempFolder folder;
+  const auto grid = random_grid(16, 51);
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(0.25));
+  write_grid(folder / "grid.vdb", grid);
+  expect_shadow_on_haze(
+      fmt::format("[volume.grid]\ntype = \"vdb\"\nfile = \"{}\"\nextinction = 2\ntranslate = [137, 3, 0]\n",
+                  (folder / "grid.vdb").string()));
+}
+
+TEST(ExactRadiance, shadows_of_small_hazes_on_others_are_not_overlooked) {
+  expect_shadow_on_haze(
+      "[volume.ball]\ntype = \"ellipsoid\"\ncenter = [139, 5, 1]\nradii = [2, 2, 2]\nextinction = 2\n");
 }
 
 }  // namespace
