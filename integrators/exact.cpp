@@ -24,6 +24,7 @@
 #include "integrators/ray_profile.h"
 #include "integrators/source_quadrature.h"
 #include "lib/core/param_table.h"
+#include "lib/math/box_shadow.h"
 #include "lib/math/gauss_kronrod.h"
 #include "lib/math/transmittance.h"
 #include "lib/scene/integrator.h"
@@ -49,6 +50,9 @@ class ExactTile {
         m_ambient(media_with_ambient(world)),
         m_fog(fog),
         m_dark_tau(kOpaqueTau / slowest_extinction(world)) {
+    m_shades_hazes = plan.scattering && world.media.size() > 1 &&
+                     std::any_of(world.media.begin(), world.media.end(),
+                                 [](const WorldMedium& medium) { return !medium.density->has_bricks(); });
     for (const WorldMedium& medium : world.media) {
       m_terms = std::max(m_terms, medium.scattering.size());
       m_densest += medium.extinction * medium.density->max_density();
@@ -131,6 +135,7 @@ class ExactTile {
 
   void add_media(const Ray& ray, Segment segment, RayResult& result) {
     find_shadow_edges(ray, segment);
+    if (m_shades_hazes) cut_at_shadows_of_media(ray, segment);
     if (m_plan.fog) cut_at_fog(segment);
     m_profile.build(m_world, ray, segment, m_cuts, counters.camera);
     const auto& spans = m_profile.spans();
@@ -152,6 +157,25 @@ class ExactTile {
         if (shape->casts_shadow()) add_edges(ray, segment, *shape, *light);
     }
     std::erase_if(m_cuts, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
+  }
+
+  /// On a long way through a haze, the shadow that another medium throws there would slip between the points.
+  void cut_at_shadows_of_media(const Ray& ray, Segment segment) {
+    constexpr int kParts = 8;
+    const Segment in_media = media_range(m_world, ray, segment);
+    if (in_media.empty() || !std::isfinite(in_media.length())) return;
+    for (const auto& light : m_world.lights) {
+      if (!light->is_directional()) continue;
+      for (const WorldMedium& medium : m_world.media) {
+        const Segment shadow = shadow_of_box(ray, in_media, light->at(ray.o).wi, medium.density->bounds());
+        const bool has_edge = shadow.t0 > in_media.t0 || shadow.t1 < in_media.t1;
+        if (shadow.empty() || !has_edge) continue;
+        for (int n = 0; n <= kParts; ++n) {
+          const double t = shadow.t0 + double(n) / kParts * shadow.length();
+          if (t > segment.t0 && t < segment.t1) m_cuts.push_back(t);
+        }
+      }
+    }
   }
 
   /// Where holes throw their light is looked for.
@@ -378,6 +402,7 @@ class ExactTile {
   std::vector<std::optional<WorldHit>> m_hits;  ///< of the rays from the camera
   RayEnds::LitPoints m_lit;                     ///< theirs; without media only
   std::vector<double> m_cuts;
+  bool m_shades_hazes = false;    ///< some medium may
   size_t m_hole_edges = 0;        ///< of them, those that were found to edge_depth()
   double m_densest = 0.0;         ///< extinction of all media, at most [1/m]
   std::vector<size_t> m_ambient;  ///< media in the light of a sky

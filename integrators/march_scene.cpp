@@ -10,6 +10,7 @@
 #include "integrators/lighting.h"
 #include "integrators/march_places.h"
 #include "lib/core/build_features.h"
+#include "lib/volume/known_columns.h"
 #include "lib/volume/quantized_bricks.h"
 
 namespace pileus {
@@ -90,13 +91,13 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
   const bool wants_bound = plan.aovs.count("error_bound") > 0;
   for (const WorldMedium& medium : world.media) {
     if (medium.density->has_bricks()) {
-      if (wants_bound && medium.density->places().size() > 1)
-        return "no bound is known for volume \"" + medium.name + "\", which stands in several places";
       if (!wants_bound && depth_of_voxel(medium) > kDeepestVoxel)
         return "light ends within a small part of a voxel of volume \"" + medium.name + "\"";
       continue;
     }
-    if (wants_bound) return "no bound is known for volume \"" + medium.name + "\", which is not a grid";
+    if (wants_bound && !dynamic_cast<const KnownColumns*>(medium.density.get()))
+      return "no bound is known for volume \"" + medium.name +
+             "\", neither a grid nor a haze of known shadow";
     if (!is_finite(medium.density->bounds())) return "volume \"" + medium.name + "\" has no end";
   }
   if (plan.scattering && plan.local_lights) return "a light at a finite distance";

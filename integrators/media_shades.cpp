@@ -8,7 +8,6 @@ namespace pileus {
 namespace {
 
 constexpr double kRounding = 1e-11;
-constexpr double kFinestEdge = 0x1p-14, kFinestBounds = 0x1p-2;
 
 /// By the bounds of the shape, and by what it knows of beams.
 Shade shade_by_bounds(const Shape& shape, const Vec3d& p0, const Vec3d& p1, const Vec3d& wi, double off) {
@@ -36,7 +35,7 @@ Shade shade_of(const Shape& shape, const Vec3d& p0, const Vec3d& p1, const Vec3d
 }  // namespace
 
 MediaShades::MediaShades(const World& world, const EffectPlan& plan)
-    : m_casters(world.lights.size()), m_finest(world.lights.size(), kFinestEdge) {
+    : m_casters(world.lights.size()), m_is_known(world.lights.size(), true) {
   for (size_t light = 0; light < world.lights.size(); ++light) {
     m_towards_suns.push_back(world.lights[light]->at(Vec3d(0.0)).wi);
     if (!plan.surface_shadows) continue;
@@ -47,7 +46,7 @@ MediaShades::MediaShades(const World& world, const EffectPlan& plan)
       if (!shape->casts_shadow() || std::none_of(world.media.begin(), world.media.end(), may_shade)) continue;
       m_casters[light].push_back(shape.get());
       const bool is_known = dynamic_cast<const KnownShadow*>(shape.get()) && !shape->has_holes();
-      if (!is_known) m_finest[light] = kFinestBounds;
+      if (!is_known) m_is_known[light] = false;
     }
   }
 }
@@ -60,6 +59,12 @@ Shade MediaShades::between(size_t light, const Vec3d& p0, const Vec3d& p1, doubl
     if (shade == Shade::unknown) sum = Shade::unknown;
   }
   return sum;
+}
+
+/// Edges that are known become narrower with every look; of others, little more is told by looking closer.
+double MediaShades::finest(size_t light, bool is_in_haze_alone) const {
+  if (m_is_known[light]) return is_in_haze_alone ? 0x1p-30 : 0x1p-14;
+  return is_in_haze_alone ? 0x1p-10 : 0x1p-2;
 }
 
 }  // namespace pileus

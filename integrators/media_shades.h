@@ -17,13 +17,14 @@ class MediaShades {
   /// spheres and planes without holes alone.
   Shade between(size_t light, const Vec3d& p0, const Vec3d& p1, double off) const;
 
-  /// The share of a cell below which it is not worth while to ask again about a part that is `unknown`.
-  double finest(size_t light) const { return m_finest[light]; }
+  /// The share of a stretch below which it is not worth while to ask again about a part that is `unknown`.
+  /// Stretches are a cell long at most, or as long as a haze.
+  double finest(size_t light, bool is_in_haze_alone) const;
 
  private:
   std::vector<Vec3d> m_towards_suns;
   std::vector<std::vector<const Shape*>> m_casters;  ///< [light]: that may shade some medium
-  std::vector<double> m_finest;                      ///< [light]
+  std::vector<char> m_is_known;                      ///< [light]: so are the shadows of all of them
 };
 
 }  // namespace pileus

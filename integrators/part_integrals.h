@@ -43,8 +43,9 @@ struct GaussLegendre8 {
       0.18134189168918099148, 0.15685332293894364367, 0.11119051722668723527, 0.05061426814518812958};
 };
 
-/// Integrals along a short part of a ray whose densities are cubics, with bounds of their errors: closed
-/// forms where there are some, else the Gauss rule with a proven remainder (docs/error_bound.md).
+/// Integrals along a short part of a ray whose densities are cubics or exponentials, with bounds of their
+/// errors: closed forms where there are some, else the Gauss rule with a proven remainder
+/// (docs/error_bound.md).
 class PartIntegrals {
  public:
   /// `pieces` has one per medium: its density on the part, or an empty piece where it is absent.
@@ -70,21 +71,33 @@ class PartIntegrals {
  private:
   static constexpr size_t kPoints = GaussLegendre8::kX.size();
 
+  /// Bernstein ellipses around the part, by the sum of their half axes, where the part is [-1, 1].
+  static constexpr std::array<double, 10> kEllipses = {1.25, 1.6, 2.0, 2.6, 3.4, 4.5, 6.0, 9.0, 14.0, 25.0};
+
   struct Medium {
-    double column = 0.0, max_density = 0.0;
+    double column = 0.0, max_density = 0.0, middle_density = 0.0;
+    double rise = 0.0;  ///< of the logarithm of an exponential, from the middle to an end; 0 for cubics
     Enclosed seen;
     std::array<double, kPoints> weighted;  ///< rule's weight * length * T * rho
   };
 
+  static Medium present_medium(const DensityPiece& piece, double t0, double t1);
   void weigh(const DensityPiece& piece, Medium& medium) const;
   Enclosed seen_in_mixture(const Medium& medium) const;
+  void prepare_ellipses(std::span<const double> extinction);
+  template <class Factor>
+  double rest_on_ellipses(const Medium& medium, const Factor& factor) const;
 
   double m_length = 0.0, m_tau = 0.0, m_front = 1.0;
   std::array<double, kPoints> m_passed{};  ///< T at the points
   std::vector<Medium> m_media;
+  bool m_has_exponential = false;
+
+  /// By ellipse: logarithm of what the rule's error on the part is at most, per bound of rho on the ellipse.
+  std::array<double, kEllipses.size()> m_rest{};
 };
 
-/// A cubic piece on a part [t0, t1] of its own range.
+/// A piece on a part [t0, t1] of its own range.
 DensityPiece part_of(const DensityPiece& piece, double t0, double t1);
 
 }  // namespace pileus

@@ -26,34 +26,6 @@ double error_bound(const EnclosedRgb& exact, const Rgb& estimate) {
   return is_known ? largest(error) : std::numeric_limits<double>::infinity();
 }
 
-EnclosedWorld::EnclosedWorld(const World& world, const EffectPlan& plan, const MarchWorld& march)
-    : m_world(world), m_plan(plan), m_march(march), m_shades(world, plan) {
-  for (const WorldMedium& medium : world.media) {
-    const bool is_needed = plan.scattering && medium.extinction > 0.0;
-    m_pyramids.push_back(is_needed ? std::make_shared<const BrickPyramid>(*medium.density->bricks())
-                                   : nullptr);
-    m_curvatures.push_back(is_needed ? std::make_unique<CurvatureGrid>(*m_pyramids.back()) : nullptr);
-  }
-}
-
-double EnclosedWorld::depth_variation(size_t light, const Vec3d& middle, const Vec3d& step) const {
-  double sum = 0.0;
-  for (size_t g = 0; g < m_curvatures.size(); ++g) {
-    if (!m_curvatures[g]) continue;
-    const MarchGrid& grid = m_march.kernel.grids[g];
-    const Affine& local = grid.local_from_world;
-    const Ray line{local.point(middle), local.direction(m_march.suns()[light].wi)};
-    sum += grid.extinction * m_curvatures[g]->variation_along(line, local.direction(step));
-  }
-  return sum;
-}
-
-size_t EnclosedWorld::memory_bytes() const {
-  size_t sum = 0;
-  for (const auto& curvature : m_curvatures) sum += curvature ? curvature->memory_bytes() : 0;
-  return sum;
-}
-
 RayEnclosure::RayEnclosure(const EnclosedWorld& enclosed)
     : m_enclosed(enclosed), m_world(enclosed.world()), m_lights(enclosed.march().suns().size()) {
   for (const WorldMedium& medium : m_world.media) {
@@ -69,9 +41,11 @@ EnclosedRgb RayEnclosure::enclose(const Ray& ray, Segment segment, const Enclose
   m_ray = ray;
   m_fog = fog;
   m_fog_light.build(fog, kNarrowLight * goal.half_width);
-  m_profile.build(m_world, ray, segment, fog_edges(segment), counters);
+  m_zones.clear();
+  m_enclosed.append_zones(ray, segment, m_zones);
+  m_profile.build(m_world, ray, segment, cuts(segment), counters);
   set_weights(-ray.d);
-  cut_stretches(ray);
+  cut_stretches();
   EnclosedRgb end = behind;
   if (fog && !fog->has_closed_form()) {
     end += m_fog_light.at(segment.t1);
@@ -80,17 +54,28 @@ EnclosedRgb RayEnclosure::enclose(const Ray& ray, Segment segment, const Enclose
   if (m_stretches.empty()) return end;
 
   const double passed = transmittance(m_profile.tau());
-  narrow(estimate - passed * end.mid, goal);
+  narrow(estimate - passed * end.mid, goal_on_ray(goal));
   EnclosedRgb total{passed * end.mid,
                     passed * end.half + Rgb(rounding(end.mid + end.half, m_stretches.back().t1))};
   for (const Stretch& stretch : m_stretches) total += stretch.radiance;
   return total;
 }
 
-std::vector<double> RayEnclosure::fog_edges(Segment segment) const {
-  std::vector<double> edges = m_fog ? m_fog->edges() : std::vector<double>{};
-  std::erase_if(edges, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
-  return edges;
+/// Where no grid is in the way, depths are closed forms: intervals that are much narrower take little longer.
+RayEnclosure::Goal RayEnclosure::goal_on_ray(Goal goal) const {
+  constexpr double kNarrower = 0.1;
+  if (m_zones.empty()) goal.half_width *= kNarrower;
+  return goal;
+}
+
+/// Where fog has edges, and where stretches of hazes have to be short.
+std::vector<double> RayEnclosure::cuts(Segment segment) const {
+  std::vector<double> cuts = m_fog ? m_fog->edges() : std::vector<double>{};
+  if (m_enclosed.has_hazes()) {
+    for (const EnclosedWorld::Zone& zone : m_zones) cuts.insert(cuts.end(), {zone.along.t0, zone.along.t1});
+  }
+  std::erase_if(cuts, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
+  return cuts;
 }
 
 /// Refines the stretches, those first where it pays most, until their sum is narrow enough.
@@ -154,25 +139,25 @@ void RayEnclosure::set_weights(const Vec3d& wo) {
   }
 }
 
-void RayEnclosure::cut_stretches(const Ray& ray) {
+void RayEnclosure::cut_stretches() {
   m_stretches.clear();
   m_depths.clear();
   m_slopes.clear();
   m_brightest_fog = Rgb(0.0);
   const auto& spans = m_profile.spans();
   for (size_t i = 0; i < spans.size(); ++i) {
-    add_stretches(ray, i, i > 0 && spans[i - 1].t1 == spans[i].t0);
+    add_stretches(i, i > 0 && spans[i - 1].t1 == spans[i].t0);
   }
 }
 
-void RayEnclosure::add_stretches(const Ray& ray, size_t span, bool is_joined) {
+void RayEnclosure::add_stretches(size_t span, bool is_joined) {
   const RayProfile::Span& whole = m_profile.spans()[span];
   double cells = 0.0;
-  for (size_t m = 0; m < m_world.media.size(); ++m) {
-    if (!m_profile.piece_of(span, m)) continue;
-    const Vec3d across = m_enclosed.march().kernel.grids[m].local_from_world.direction(ray.d);
-    cells = std::max(cells, (whole.t1 - whole.t0) *
-                                std::max({std::abs(across.x), std::abs(across.y), std::abs(across.z)}));
+  bool is_in_haze_alone = true;
+  for (const EnclosedWorld::Zone& zone : m_zones) {
+    if (!(zone.along.t0 < whole.t1 && zone.along.t1 > whole.t0)) continue;
+    cells = std::max(cells, (whole.t1 - whole.t0) * zone.cells_per_metre);
+    is_in_haze_alone = false;
   }
   const int count = std::max(1, int(std::ceil(cells * (1.0 - 1e-9))));
   for (int n = 0; n < count; ++n) {
@@ -185,6 +170,7 @@ void RayEnclosure::add_stretches(const Ray& ray, size_t span, bool is_joined) {
     stretch.t1 = at(n + 1);
     stretch.tau0 = whole.tau0 + m_profile.tau_to(span, stretch.t0);
     stretch.is_joined = n > 0 || is_joined;
+    stretch.is_in_haze_alone = is_in_haze_alone;
     load_part(span, stretch.t0, stretch.t1, stretch.tau0);
     stretch.radiance = unlit(stretch.t0, stretch.t1);
     for (size_t l = 0; l < m_lights; ++l) stretch.shades.push_back(shade_between(l, stretch.t0, stretch.t1));
@@ -304,18 +290,21 @@ RayEnclosure::Part RayEnclosure::make_part(const Stretch& stretch, double t0, do
   return part;
 }
 
-/// With V the variation of the depth's derivative over the part, h its share of the stretch: the depth is
-/// within h V / 4 of linear anywhere, and within h V / 8 on average.
+/// With V the variation of the derivative of the grids' depth over the part, h its share of the stretch: that
+/// depth is within h V / 4 of linear anywhere, and within h V / 8 on average. What hazes add is within their
+/// own bend of linear.
 void RayEnclosure::enclose_light(const Stretch& stretch, Part& part) {
   const double share = (part.t1 - part.t0) / (stretch.t1 - stretch.t0);
   for (size_t l = 0; l < m_lights; ++l) {
     const Shade shade =
         stretch.shades[l] == Shade::unknown ? shade_between(l, part.t0, part.t1) : stretch.shades[l];
     if (shade == Shade::all) continue;
-    const bool is_settled = shade == Shade::unknown && share <= m_enclosed.shades().finest(l);
+    const bool is_settled =
+        shade == Shade::unknown && share <= m_enclosed.shades().finest(l, stretch.is_in_haze_alone);
     const double depth0 = m_depths[size_t(part.end0) * m_lights + l],
                  depth1 = m_depths[size_t(part.end1) * m_lights + l];
-    const double apart = 0.25 * share * stretch.variation[l];
+    const double haze_bend = m_enclosed.haze_bend(l, m_ray, {part.t0, part.t1});
+    const double apart = 0.25 * share * stretch.variation[l] + haze_bend;
     const double least = std::max(0.0, std::min(depth0, depth1) - apart),
                  most = std::max(depth0, depth1) + apart;
     for (size_t m = 0; m < m_world.media.size(); ++m) {
@@ -339,6 +328,7 @@ void RayEnclosure::enclose_light(const Stretch& stretch, Part& part) {
           continue;
         }
         part.fine += scaled(colour, m_part.seen_dimmed(m, a * depth0, a * depth1));
+        part.fine.half += absolute(colour) * (a * bright * haze_bend * seen.most());
         m_slopes[part.slopes + l] += absolute(colour) * (a * bright * off_linear);
         part.rough += scaled(colour * (0.5 * (bright + dark)), seen);
         part.rough.half += absolute(colour) * (0.5 * (bright - dark) * seen.most());
@@ -368,7 +358,7 @@ void RayEnclosure::sum_up(Stretch& stretch) const {
 /// Index of the exact depths towards all lights at t.
 int RayEnclosure::depths_at(double t) {
   const Vec3d p = m_ray.at(t);
-  for (size_t l = 0; l < m_lights; ++l) m_depths.push_back(m_enclosed.march().exact_depth(l, p, counters));
+  for (size_t l = 0; l < m_lights; ++l) m_depths.push_back(m_enclosed.depth(l, p, counters));
   depth_lookups += m_lights;
   return int(m_depths.size() / std::max<size_t>(1, m_lights)) - 1;
 }

@@ -1,43 +1,14 @@
 #pragma once
 
-#include <memory>
 #include <vector>
 
+#include "integrators/enclosed_world.h"
 #include "integrators/fog_light.h"
-#include "integrators/march_scene.h"
-#include "integrators/media_shades.h"
 #include "integrators/ray_fog.h"
 #include "integrators/ray_profile.h"
 #include "integrators/veiled_part.h"
-#include "lib/volume/curvature_grid.h"
 
 namespace pileus {
-
-/// What enclosures of a world's rays need: how much each of its grids bends.
-class EnclosedWorld {
- public:
-  /// `march` fits `world`, which has grids and suns only; all outlive this. Uses parallel_for.
-  EnclosedWorld(const World& world, const EffectPlan& plan, const MarchWorld& march);
-
-  const World& world() const { return m_world; }
-  const MarchWorld& march() const { return m_march; }
-  const EffectPlan& plan() const { return m_plan; }
-  const MediaShades& shades() const { return m_shades; }
-
-  /// Upper bound of the total variation of d(tau)/ds, where tau(s) is the optical depth from
-  /// middle + s * step towards a light, s in [-1/2, 1/2]. World space.
-  double depth_variation(size_t light, const Vec3d& middle, const Vec3d& step) const;
-
-  size_t memory_bytes() const;
-
- private:
-  const World& m_world;
-  const EffectPlan& m_plan;
-  const MarchWorld& m_march;
-  MediaShades m_shades;
-  std::vector<std::shared_ptr<const BrickPyramid>> m_pyramids;  ///< of the voxels as they are, in floats
-  std::vector<std::unique_ptr<CurvatureGrid>> m_curvatures;     ///< null where nothing is dimmed
-};
 
 /// Upper bound of |estimate - exact| in every channel.
 double error_bound(const EnclosedRgb& exact, const Rgb& estimate);
@@ -45,11 +16,11 @@ double error_bound(const EnclosedRgb& exact, const Rgb& estimate);
 /// An interval, per channel, that is proven to hold the exact radiance of a ray. Knows nothing of how anybody
 /// else computes that radiance. Keeps its memory between rays.
 ///
-/// The ray is cut into stretches of at most a cell. Optical depth towards the camera is exact. The light's is
-/// exact too at the ends of parts of a stretch, and within a proven distance of linear between them; the
-/// integral over a part is then a closed form or a Gauss rule plus remainders, which fall with the square of
-/// the part's length at least. Stretches that matter most are looked at first and divided most
-/// (docs/error_bound.md).
+/// The ray is cut into stretches of at most a cell, or as long as a haze is alone. Optical depth towards the
+/// camera is exact. The light's is exact too at the ends of parts of a stretch, and within a proven distance
+/// of linear between them; the integral over a part is then a closed form or a Gauss rule plus remainders,
+/// which fall with the square of the part's length at least. Stretches that matter most are looked at first
+/// and divided most (docs/error_bound.md).
 class RayEnclosure {
  public:
   explicit RayEnclosure(const EnclosedWorld& enclosed);
@@ -86,12 +57,13 @@ class RayEnclosure {
     double width = 0.0;  ///< the rest of it, in the widest channel
   };
 
-  /// At most a cell of every medium in it.
+  /// At most a cell of every grid in it, and of those that may shade a haze in it.
   struct Stretch {
     size_t span;
     double t0, t1, tau0;
     int end0 = kUnknown, end1 = kUnknown;
-    bool is_joined = false;         ///< begins where the one before ends
+    bool is_joined = false;  ///< begins where the one before ends
+    bool is_in_haze_alone = false;
     std::vector<Shade> shades;      ///< [light]
     std::vector<double> variation;  ///< [light] of d(depth)/ds along the stretch
     std::vector<Part> parts;        ///< none before anything is known about light
@@ -99,11 +71,12 @@ class RayEnclosure {
     Rgb settled{0.0};  ///< of its width: that of the parts
   };
 
-  std::vector<double> fog_edges(Segment segment) const;
+  Goal goal_on_ray(Goal goal) const;
+  std::vector<double> cuts(Segment segment) const;
   void narrow(const Rgb& estimate, const Goal& goal);
   void set_weights(const Vec3d& wo);
-  void cut_stretches(const Ray& ray);
-  void add_stretches(const Ray& ray, size_t span, bool is_joined);
+  void cut_stretches();
+  void add_stretches(size_t span, bool is_joined);
   void load_part(size_t span, double t0, double t1, double tau0);
   EnclosedRgb unlit(double t0, double t1) const;
   EnclosedRgb any_light(const std::vector<Shade>& shades) const;
@@ -130,6 +103,7 @@ class RayEnclosure {
   const RayFog* m_fog = nullptr;  ///< along the ray; null: none
   FogLight m_fog_light;
   Rgb m_brightest_fog;  ///< that has been met, in front of a stretch
+  std::vector<EnclosedWorld::Zone> m_zones;
   RayProfile m_profile;
   VeiledPart m_part;
   std::vector<double> m_extinction;    ///< of each medium

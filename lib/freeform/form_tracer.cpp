@@ -20,6 +20,7 @@ constexpr double kPrecision = 0x1p-20;  ///< of subdivision, in units of the str
 
 constexpr double kNever = std::numeric_limits<double>::infinity();
 constexpr double kUndecided = std::numeric_limits<double>::quiet_NaN();
+constexpr double kNotAsked = -kNever;
 
 /// The form of a node on its own: nodes are in post-order, so what comes later is not part of it.
 FormProgram part(const FormProgram& program, int index) {
@@ -188,6 +189,13 @@ bool FormTracer::may_be_taken(const Operand& operand, const Ray& ray, Segment se
                      [&](const Box3d& box) { return !clip_to_box(ray, segment, box).empty(); });
 }
 
+bool FormTracer::may_start_inside(const Operand& operand, const Ray& ray, const Segment& segment) {
+  const Vec3d p = ray.at(segment.t0);
+  if (!operand.node->bounds.intersects(p)) return false;
+  const FormAtPoint form = at(*operand.node, p);
+  return form.value >= -form.margin;
+}
+
 std::vector<Box3d> FormTracer::part_bounds() const {
   if (m_operands.empty()) return {m_root->bounds};
   std::vector<Box3d> bounds;
@@ -202,7 +210,12 @@ void FormTracer::cross(const Operand& operand, std::span<const Ray> rays, std::s
   std::array<Segment, CrossingRays::kMost> stretches;
   Beam beam;
   for (size_t i = 0; i < rays.size(); ++i) {
-    if (std::isnan(t[i]) || (asked == Asked::whether && t[i] != kNever)) continue;
+    if (std::isnan(t[i]) || t[i] == kNotAsked) continue;
+    if (asked == Asked::whether && t[i] != kNever) {
+      // What another operand has found is no crossing of the union where the ray is in this one, too.
+      if (may_start_inside(operand, rays[i], segments[i])) t[i] = kUndecided;
+      continue;
+    }
     const Segment clipped =
         clip_to_box(rays[i], {segments[i].t0, std::min(segments[i].t1, t[i])}, operand.node->bounds);
     if (!(clipped.t0 < clipped.t1) || !std::isfinite(clipped.length())) continue;
@@ -259,7 +272,7 @@ void FormTracer::cross(std::span<const Ray> rays, std::span<const Segment> segme
     beam.o.extendBy(ray.o);
     beam.d.extendBy(ray.d);
   }
-  if (m_operands.empty()) std::fill(t.begin(), t.end(), kUndecided);
+  if (m_operands.empty()) std::replace(t.begin(), t.end(), kNever, kUndecided);
   for (const Operand& operand : m_operands) {
     if (beam.inside(operand.node->bounds).empty()) continue;
     for (size_t first = 0; first < rays.size(); first += CrossingRays::kMost) {
@@ -283,7 +296,7 @@ void FormTracer::find_met(std::span<const Ray> rays, std::span<const Segment> se
                           std::span<char> met) const {
   thread_local std::vector<double> t;
   t.resize(rays.size());
-  for (size_t i = 0; i < rays.size(); ++i) t[i] = met[i] ? 0.0 : kNever;
+  for (size_t i = 0; i < rays.size(); ++i) t[i] = met[i] ? kNotAsked : kNever;
   cross(rays, segments, Asked::whether, t);
   for (size_t i = 0; i < rays.size(); ++i) met[i] = t[i] != kNever;
 }

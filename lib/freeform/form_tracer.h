@@ -68,6 +68,7 @@ class FormTracer {
   };
   void add_operands(const Node& node, const std::vector<Box3d>& taken_bounds);
   static bool may_be_taken(const Operand& operand, const Ray& ray, Segment segment);
+  static bool may_start_inside(const Operand& operand, const Ray& ray, const Segment& segment);
   void cross(std::span<const Ray> rays, std::span<const Segment> segments, Asked asked,
              std::span<double> t) const;
   void cross(const Operand& operand, std::span<const Ray> rays, std::span<const Segment> segments,

@@ -6,136 +6,14 @@
 #include <gtest/gtest.h>
 
 #include "integrators/ray_enclosure.h"
-#include "lib/core/parallel.h"
-#include "lib/math/gauss_kronrod.h"
 #include "lib/math/transmittance.h"
+#include "tests/fixtures/bound_hunt.h"
 #include "tests/fixtures/hunt.h"
-#include "tests/fixtures/random_world.h"
 
 namespace pileus {
 namespace {
 
 constexpr double kAll = std::numeric_limits<double>::infinity();
-
-double largest(const Rgb& rgb) {
-  return std::max({std::abs(rgb.x), std::abs(rgb.y), std::abs(rgb.z)});
-}
-
-double median(std::vector<double> values) {
-  std::sort(values.begin(), values.end());
-  return values.empty() ? 0.0 : values[values.size() / 2];
-}
-
-std::unique_ptr<const Tracer> tracer(const char* name, const RandomWorld& random, double tolerance) {
-  const auto integrator =
-      std::dynamic_pointer_cast<Integrator>(plugin_registry().find(Integrator::kKind, name)->make());
-  Accuracy accuracy{tolerance, 1.0, {64, 64}};
-  accuracy.most_bounces = 3;
-  return integrator->prepare(random.world, random.plan, accuracy);
-}
-
-std::vector<RayResult> trace(const Tracer& tracer, std::span<const Ray> rays) {
-  std::vector<RayResult> results(rays.size());
-  Counters counters;
-  tracer.trace(rays, results, counters);
-  return results;
-}
-
-/// The radiance of a ray by brute force: every span of every medium in panels of its own, halved until the
-/// rules of 3 and 7 points agree. Slower than `exact` and less trusting: `exact` takes some panels across
-/// several spans, and its estimate is no proof.
-class CarefulRadiance {
- public:
-  CarefulRadiance(const RandomWorld& random, const MarchWorld& march)
-      : m_world(random.world), m_march(march) {}
-
-  ///   behind: what arrives from the end of the segment, through the fog
-  ///   fog: of the ray; null: none
-  Rgb trace(const Ray& ray, Segment segment, const Rgb& behind, const RayFog* fog) {
-    m_ray = ray;
-    m_fog = fog;
-    std::vector<double> cuts = fog ? fog->edges() : std::vector<double>{};
-    for (const auto& shape : m_world.shapes) {
-      for (const auto& light : m_world.lights) shape->append_shadow_edges(ray, *light, cuts);
-    }
-    std::erase_if(cuts, [&](double t) { return !(t > segment.t0 && t < segment.t1); });
-    m_profile.build(m_world, ray, segment, cuts, m_counters);
-    Rgb sum = transmittance(m_profile.tau()) * behind;
-    constexpr int kPanels = 4;
-    for (size_t i = 0; i < m_profile.spans().size(); ++i) {
-      const RayProfile::Span& span = m_profile.spans()[i];
-      if (span.tau0 > 40.0) break;
-      const double h = (span.t1 - span.t0) / kPanels;
-      for (int n = 0; n < kPanels; ++n) sum += integral(i, span.t0 + n * h, span.t0 + (n + 1) * h, 24);
-    }
-    return sum;
-  }
-
- private:
-  Rgb integral(size_t span, double t0, double t1, int halvings) {
-    Rgb seven(0.0), three(0.0);
-    for (const auto& node : GaussKronrod7::kNodes) {
-      const Rgb value = (t1 - t0) * integrand(span, t0 + node.x * (t1 - t0));
-      seven += node.kronrod * value;
-      three += node.gauss * value;
-    }
-    if (halvings == 0 || largest(seven - three) <= 1e-8) return seven;
-    const double t = 0.5 * (t0 + t1);
-    return integral(span, t0, t, halvings - 1) + integral(span, t, t1, halvings - 1);
-  }
-
-  Rgb integrand(size_t span, double t) {
-    const Vec3d p = m_ray.at(t);
-    const double passed = transmittance(m_profile.spans()[span].tau0 + m_profile.tau_to(span, t));
-    if (passed < 1e-14) return Rgb(0.0);
-    Rgb sum(0.0);
-    for (size_t m = 0; m < m_world.media.size(); ++m) {
-      const WorldMedium& medium = m_world.media[m];
-      Rgb source = medium.ambient.at(p.y);
-      for (size_t l = 0; l < m_march.suns().size(); ++l) {
-        const Illumination& sun = m_march.suns()[l];
-        if (is_occluded(m_world, {p, sun.wi}, {0.0, kAll})) continue;
-        const double phase = medium.phase->p(-m_ray.d, sun.wi);
-        source += sun.irradiance *
-                  scatter_response(medium.scattering, phase, m_march.exact_depth(l, p, m_counters));
-      }
-      const Veil veil = m_fog ? m_fog->to(t) : Veil{};
-      const Rgb light = medium.emission + medium.extinction * medium.albedo * source;
-      sum += m_profile.density(span, m, t) * (veil.transmittance * light + medium.extinction * veil.light);
-    }
-    return passed * sum;
-  }
-
-  const World& m_world;
-  const MarchWorld& m_march;
-  Ray m_ray;
-  const RayFog* m_fog = nullptr;
-  RayProfile m_profile;
-  FieldCounters m_counters;
-};
-
-/// A ray up to where it ends, what it is said to see there, and the fog that it brings along.
-struct RayView {
-  explicit RayView(const RandomWorld& random) : setup(random.world, 1e-5, {}), fog(setup), m_random(random) {}
-
-  void look(const Ray& ray) {
-    const auto hit = nearest_surface(m_random.world, ray, {0.0, kAll});
-    segment = {0.0, hit ? hit->t : kAll};
-    behind = m_random.world.background->radiance(ray.d);
-    if (!m_random.plan.fog) return;
-    fog.build(ray, segment.t1, true);
-    behind = fog.end().over(behind);
-  }
-  const RayFog* fog_if_any() const { return m_random.plan.fog ? &fog : nullptr; }
-
-  FogSetup setup;
-  RayFog fog;
-  Segment segment;
-  Rgb behind;
-
- private:
-  const RandomWorld& m_random;
-};
 
 /// A solid that cannot prove where its shadow lies.
 struct UnknownShadow final : Shape {
@@ -170,8 +48,6 @@ void add_mirrors(RandomWorld& random) {
   }
   random.plan.reflection = random.plan.refraction = true;
 }
-
-using Furnish = void (*)(RandomWorld&);
 
 void leave_as_it_is(RandomWorld&) {}
 void add_fog(RandomWorld& random) {
@@ -356,33 +232,6 @@ TEST(ErrorBound, light_of_fogs_grows_as_told) {
   EXPECT_GT(several, 500u);
 }
 
-/// However coarse or fine, an interval holds the radiance.
-void expect_radiance_in_every_interval(unsigned first_seed, size_t worlds, Furnish furnish) {
-  constexpr int kRays = 30;
-  parallel_for(worlds, [&](size_t seed) {
-    RandomWorld random(unsigned(first_seed + seed));
-    furnish(random);
-    const MarchWorld march(random.world, random.plan);
-    const EnclosedWorld enclosed(random.world, random.plan, march);
-    RayEnclosure enclosure(enclosed);
-    CarefulRadiance careful(random, march);
-    RayView view(random);
-    for (int n = 0; n < kRays; ++n) {
-      const Ray ray = random.ray();
-      view.look(ray);
-      const Rgb truth = careful.trace(ray, view.segment, view.behind, view.fog_if_any());
-      for (const double goal : {kAll, 1e-1, 1e-2, 1e-3, 1e-4}) {
-        const EnclosedRgb interval = enclosure.enclose(ray, view.segment, {view.behind, Rgb(0.0)}, truth,
-                                                       {goal, 0.0, 2000}, view.fog_if_any());
-        for (int c = 0; c < 3; ++c) {
-          EXPECT_LE(std::abs(interval.mid[c] - truth[c]), interval.half[c] + 1e-7)
-              << "world " << seed << ", ray " << n << ", goal " << goal;
-        }
-      }
-    }
-  });
-}
-
 TEST(ErrorBound, exact_radiance_lies_in_every_interval) {
   expect_radiance_in_every_interval(1000, size_t(hunted(80)), leave_as_it_is);
 }
@@ -401,42 +250,6 @@ TEST(ErrorBound, exact_radiance_among_solids_lies_in_every_interval) {
 
 TEST(ErrorBound, exact_radiance_in_shadows_of_which_nothing_is_known_lies_in_every_interval) {
   expect_radiance_in_every_interval(9000, size_t(hunted(40)), add_unknown_shadows);
-}
-
-/// 60 rays in each world: no channel of any ray errs by more than its bound, whoever says what is right.
-/// Returns bound / error of those that have an error.
-std::vector<double> expect_no_ray_errs_by_more(unsigned first_seed, size_t worlds, Furnish furnish) {
-  constexpr size_t kRays = 60;
-  std::vector<std::vector<double>> ratios(worlds);
-  parallel_for(worlds, [&](size_t seed) {
-    RandomWorld random(unsigned(first_seed + seed));
-    furnish(random);
-    const MarchWorld world(random.world, random.plan);
-    CarefulRadiance careful(random, world);
-    RayView view(random);
-    const auto exact = tracer("exact", random, 1e-8);
-    const auto march = tracer("march", random, random.logarithmic(1e-4, 0.3));
-    std::vector<Ray> rays;
-    for (size_t n = 0; n < kRays; ++n) rays.push_back(random.ray());
-    const std::vector<RayResult> exactly = trace(*exact, rays), marched = trace(*march, rays);
-    for (size_t n = 0; n < kRays; ++n) {
-      view.look(rays[n]);
-      const bool has_end = std::isfinite(view.segment.t1);  // what is seen there, `exact` has to say
-      const Rgb truth = has_end ? exactly[n].radiance
-                                : careful.trace(rays[n], view.segment, view.behind, view.fog_if_any());
-      const double error = largest(marched[n].radiance - truth), doubt = has_end ? exactly[n].error : 0.0;
-      EXPECT_LE(error, marched[n].bound + doubt + 1e-7) << "world " << seed << ", ray " << n;
-      EXPECT_LE(largest(marched[n].radiance - exactly[n].radiance),
-                marched[n].bound + exactly[n].error + 1e-7)
-          << "world " << seed << ", ray " << n;
-      if (error > 1e-6) ratios[seed].push_back(marched[n].bound / error);
-    }
-  });
-  std::vector<double> all;
-  for (const auto& some : ratios) all.insert(all.end(), some.begin(), some.end());
-  std::printf("bound / error: median %.2f, largest %.0f, of %zu rays with an error\n", median(all),
-              *std::max_element(all.begin(), all.end()), all.size());
-  return all;
 }
 
 TEST(ErrorBound, no_ray_errs_by_more) {
@@ -466,7 +279,7 @@ TEST(ErrorBound, no_ray_errs_by_more_among_mirrors) {
 
 TEST(ErrorBound, a_ray_that_meets_nothing_has_no_error) {
   RandomWorld random(1);
-  const auto march = tracer("march", random, 0.01);
+  const auto march = prepared("march", random, 0.01);
   const Box3d box = random.world.media[0].density->bounds();
   const Ray away{box.max + Vec3d(100.0), normalize(Vec3d(1.0))};
   EXPECT_EQ(trace(*march, {&away, 1})[0].bound, 0.0);
@@ -476,7 +289,7 @@ TEST(ErrorBound, who_does_not_ask_gets_none) {
   RandomWorld random(1);
   random.plan.aovs = {"beauty"};
   const Ray ray = random.ray();
-  EXPECT_TRUE(std::isnan(trace(*tracer("march", random, 0.01), {&ray, 1})[0].bound));
+  EXPECT_TRUE(std::isnan(trace(*prepared("march", random, 0.01), {&ray, 1})[0].bound));
 }
 
 }  // namespace

@@ -344,5 +344,63 @@ extinction = 2
   EXPECT_EQ(miss.transmittance, 1.0);
 }
 
+/// The shadow of a volume of 4 m around (139, 5, 2) on a way of 1 km through haze, against many small steps.
+void expect_shadow_on_haze(const std::string& volume) {
+  const PictureScene scene("\"exact\"",
+                           fmt::format(R"(
+[camera]
+type = "perspective"
+[light.sun]
+type = "sun"
+direction = [0.3, 0.8, 0.1]
+irradiance = [5, 5, 5]
+{}[volume.haze]
+type = "box"
+min = [-1000, -1, -1000]
+max = [1000, 10, 1000]
+extinction = 0.002
+)",
+                                       volume),
+                           1e-6);
+  const Ray ray{{0.5, 0, 0}, {1, 0, 0}};
+  const Vec3d towards_sun = normalize(Vec3d(0.3, 0.8, 0.1));
+  FieldCounters counters;
+  double expected = 0.0, in_shadow = 0.0;
+  const auto add = [&](double from, double to, int steps) {
+    const double step = (to - from) / steps;
+    for (int n = 0; n < steps; ++n) {
+      const double t = from + (n + 0.5) * step;
+      double depth = 0.0;
+      for (const WorldMedium& medium : scene.world().media)
+        depth +=
+            medium.extinction * medium.density->column({ray.at(t), towards_sun}, {0, 1e9}, 1e9, counters);
+      const double light = 0.002 * step * transmittance(0.002 * t) * 5 * kIsotropic;
+      expected += light * transmittance(depth);
+      in_shadow += depth > 0.1 ? light : 0.0;
+    }
+  };
+  add(0, 100, 1000);
+  add(100, 200, 100000);
+  add(200, 999.5, 1000);
+  ASSERT_GT(in_shadow, 1e-3);
+  const RayResult result = scene.trace({ray})[0];
+  EXPECT_NEAR(result.radiance.x, expected, 2e-6);
+}
+
+TEST(ExactRadiance, shadows_of_small_grids_on_haze_are_not_overlooked) {
+  TempFolder folder;
+  const auto grid = random_grid(16, 51);
+  grid->setTransform(openvdb::math::Transform::createLinearTransform(0.25));
+  write_grid(folder / "grid.vdb", grid);
+  expect_shadow_on_haze(
+      fmt::format("[volume.grid]\ntype = \"vdb\"\nfile = \"{}\"\nextinction = 2\ntranslate = [137, 3, 0]\n",
+                  (folder / "grid.vdb").string()));
+}
+
+TEST(ExactRadiance, shadows_of_small_hazes_on_others_are_not_overlooked) {
+  expect_shadow_on_haze(
+      "[volume.ball]\ntype = \"ellipsoid\"\ncenter = [139, 5, 1]\nradii = [2, 2, 2]\nextinction = 2\n");
+}
+
 }  // namespace
 }  // namespace pileus

@@ -313,6 +313,46 @@ TEST(FormTracer, rays_together_agree_with_one_by_one) {
   EXPECT_GT(crossings, 3000);
 }
 
+/// From anywhere to anywhere, as to a lamp inside: what is buried in another part of a union shades nothing.
+TEST(FormTracer, rays_that_end_inside_a_union_meet_its_surface_alone) {
+  RandomForms forms(89);
+  int met_none = 0, met_some = 0;
+  for (int n = 0; n < hunt(200); ++n) {
+    FreeForm form = sphere(forms.point(0.5), forms.uniform(0.2, 0.6));
+    for (int k = 1 + forms.pick(3); k > 0; --k)
+      form = joined(Join::unite, form, ellipsoid(forms.point(0.6), {0.9, 1.2, 0.8}));
+    if (n % 3 == 0) form = joined(Join::subtract, form, sphere(forms.point(0.8), 0.2));
+    const FormTracer tracer(form);
+    Bundle b;
+    const Vec3d lamp = forms.point(0.7);
+    for (int i = 0; i < 64; ++i) {
+      const Vec3d o = forms.point(i % 2 == 0 ? 0.7 : 2.0);
+      b.add({o, normalize(lamp - o)}, {0, length(lamp - o)});
+    }
+    std::vector<char> met(b.rays.size(), 0);
+    tracer.find_met(b.rays, b.segments, met);
+    for (size_t i = 0; i < met.size(); ++i) {
+      const bool expected = tracer.first_crossing(b.rays[i], b.segments[i]).has_value();
+      ASSERT_EQ(met[i] != 0, expected) << "form " << n << ", ray " << i;
+      ++(expected ? met_some : met_none);
+    }
+  }
+  EXPECT_GT(met_none, 2000);
+  EXPECT_GT(met_some, 2000);
+}
+
+/// What other solids hide stays hidden, however a form is traced.
+TEST(FormTracer, rays_that_are_met_already_stay_so) {
+  const FreeForm form = joined(Join::unite, sphere({0, 0, 0}, 1), sphere({1, 0, 0}, 1));
+  const std::vector<Ray> rays{{{-5, 0, 0}, {1, 0, 0}}, {{-5, 3, 0}, {1, 0, 0}}, {{-5, 3, 0}, {1, 0, 0}}};
+  const std::vector<Segment> segments(rays.size(), {0, 20});
+  for (const TraceMethod method : {TraceMethod::newton, TraceMethod::subdivision}) {
+    std::vector<char> met{0, 1, 0};
+    FormTracer(form, method).find_met(rays, segments, met);
+    EXPECT_EQ(met, (std::vector<char>{1, 1, 0}));
+  }
+}
+
 /// A union from which something is taken, as windows are from a hull: rays that do not come near what is
 /// taken are met together, the others one by one.
 TEST(FormTracer, rays_together_see_what_is_taken_from_a_union) {
