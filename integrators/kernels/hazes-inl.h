@@ -18,6 +18,7 @@
 
 #include "integrators/kernels/packet-inl.h"
 #include "integrators/kernels/walks-inl.h"
+#include "lib/math/transmittance.h"
 #include "lib/simd/exponential-inl.h"
 
 HWY_BEFORE_NAMESPACE();
@@ -66,15 +67,16 @@ class Hazes {
     for (Stretches& stretch : m_stretches) stretch.find_steepest();
   }
 
-  /// Adds what is between t0 and t1. The light in a haze varies as the shadows of the grids do where they lie
-  /// in it. It begins and ends all at once, so that samples on both sides of a step tell little of its error.
+  /// Adds what is between t0 and t1. The light in a haze varies as the shadows of grids and hazes do where
+  /// they lie in it. It begins and ends all at once, so that samples on both sides of a step tell little of
+  /// its error.
   ///   light_scale: of a haze, Outlook::light_scale
   template <class LightScale>
   void look_ahead(const MarchScene& scene, double t0, double t1, const LightScale& light_scale,
                   Slab& slab) const {
     constexpr double kSharp = 4.0;
     const bool may_be_shaded = t1 > m_grid_shadows.t0 && t0 < m_grid_shadows.t1;
-    const double shadow_slope = may_be_shaded ? 1.0 / scene.shadow_width : 0.0;
+    const double shadow_slope = (may_be_shaded ? 1.0 / scene.shadow_width : 0.0) + change_of_light(t0, t1);
     for (size_t h = 0; h < m_stretches.size(); ++h) {
       const double densest_here = double(densest(h, t0, t1));
       if (densest_here == 0.0) continue;
@@ -143,6 +145,25 @@ class Hazes {
       return hn::Mul(densest.get(v), simd_transmittance(D(), fall));
     }
   };
+
+  /// By how much the share of any sun's light that hazes leave changes on any of the rays between t0 and t1,
+  /// to and fro, per length [1/m]: edges of shadows are steep, but few.
+  double change_of_light(double t0, double t1) const {
+    double most = 0.0;
+    for (const auto& rays : m_tables) {
+      for (const std::span<const HazeDepth>& nodes : rays) {
+        double change = 0.0;
+        for (size_t i = 1; i < nodes.size() && nodes[i - 1].t < t1; ++i) {
+          const double inside = std::min(nodes[i].t, t1) - std::max(nodes[i - 1].t, t0);
+          if (!(inside > 0.0)) continue;
+          const double all = std::abs(transmittance(nodes[i].depth) - transmittance(nodes[i - 1].depth));
+          change += all * inside / (nodes[i].t - nodes[i - 1].t);
+        }
+        most = std::max(most, change);
+      }
+    }
+    return most / (t1 - t0);
+  }
 
   static Segment hull_of_grid_shadows(std::span<const MarchRay> rays) {
     Segment hull{std::numeric_limits<double>::infinity(), 0.0};
