@@ -28,6 +28,7 @@
 #include "lib/math/gauss_kronrod.h"
 #include "lib/math/transmittance.h"
 #include "lib/scene/integrator.h"
+#include "lib/scene/point_source.h"
 
 namespace pileus {
 namespace {
@@ -137,6 +138,7 @@ class ExactTile {
     find_shadow_edges(ray, segment);
     if (m_shades_hazes) cut_at_shadows_of_media(ray, segment);
     if (m_plan.fog) cut_at_fog(segment);
+    if (m_plan.scattering && m_plan.local_lights) cut_at_lamps(ray, segment);
     m_profile.build(m_world, ray, segment, m_cuts, counters.camera);
     const auto& spans = m_profile.spans();
     if (spans.empty()) return;
@@ -215,6 +217,28 @@ class ExactTile {
   void cut_at_fog(Segment segment) {
     for (const double t : m_fog.edges()) {
       if (t > segment.t0 && t < segment.t1) m_cuts.push_back(t);
+    }
+  }
+
+  /// Beside a lamp the light has a peak, which a rule with far nodes may miss: cut where the ray comes
+  /// closest, and at distances that grow.
+  void cut_at_lamps(const Ray& ray, Segment segment) {
+    constexpr double kGrowth = 8.0;
+    const Segment media = media_range(m_world, ray, segment);
+    for (const auto& light : m_world.lights) {
+      const auto* lamp = dynamic_cast<const PointSource*>(light.get());
+      if (!lamp) continue;
+      const double closest = dot(lamp->position - ray.o, ray.d),
+                   r = std::max(length(lamp->position - ray.at(closest)), lamp->radius);
+      const auto cut = [&](double t) {
+        if (t > media.t0 && t < media.t1) m_cuts.push_back(t);
+      };
+      cut(closest);
+      const double furthest = std::max(media.t1 - closest, closest - media.t0);
+      for (double away = kGrowth * r; away < furthest; away *= kGrowth) {
+        cut(closest - away);
+        cut(closest + away);
+      }
     }
   }
 

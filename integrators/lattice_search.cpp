@@ -8,26 +8,30 @@
 
 #include <fmt/format.h>
 
+#include "integrators/lamp_lattice.h"
 #include "integrators/march_places.h"
 #include "integrators/sun_lattice.h"
 
 namespace pileus {
 namespace {
 
-/// Depth beyond which no sun changes a pilot's pixel by more than `least`.
+/// Depth beyond which no light changes a pilot's pixel by more than `least`.
 float enough_depth(const Pilots& pilots, const MarchWorld& march, double least) {
   if (pilots.empty()) return SunLattice::kDeepest;
   float depth = 1.0f;
-  const auto is_enough = [&](const PilotRay& pilot) {
+  const auto is_enough = [&](const std::vector<float>& weights) {
     for (size_t l = 0; l < march.suns().size(); ++l) {
       const double beyond =
-          change_of_light(march, pilot.weights, l, double(depth), std::numeric_limits<double>::infinity());
+          change_of_light(march, weights, l, double(depth), std::numeric_limits<double>::infinity());
       if (std::abs(beyond) > least / double(march.suns().size())) return false;
     }
     return true;
   };
   for (const PilotRay& pilot : pilots) {
-    while (depth < SunLattice::kDeepest && !is_enough(pilot)) depth += 0.5f;
+    for (const PilotPoint& point : pilot.points) {
+      while (depth < SunLattice::kDeepest && !is_enough(point.weights)) depth += 0.5f;
+      if (!march.has_lamps()) break;  // the same at all
+    }
   }
   // One more, because balancing lowers depths near the deepest a little.
   return std::min(depth + 1.0f, SunLattice::kDeepest);
@@ -49,28 +53,44 @@ MarchGrid grid_of(const MarchScene& scene, const MarchKind& kind) {
 /// Up to some more than `most`.
 double bytes_of(const MarchWorld& march, const LatticeOptions& options, double most) {
   double bytes = 0.0;
-  for (const Illumination& sun : march.suns()) {
+  for (size_t l = 0; l < march.suns().size(); ++l) {
+    const MarchLamp* const lamp = march.kernel.lamp(l);
     for (const MarchKind& kind : march.kernel.kinds) {
-      bytes += sun_lattice_bytes(grid_of(march.kernel, kind), sun.wi, options);
+      const MarchGrid grid = grid_of(march.kernel, kind);
+      bytes += lamp ? lamp_faces_bytes(grid, lamp->position, options)
+                    : sun_lattice_bytes(grid, march.suns()[l].wi, options);
       if (bytes > most) return bytes;
     }
   }
   return bytes;
 }
 
+/// Adds the lattice of a grid for a light; false where memory does not suffice.
+bool add_lattice(const MarchKind& kind, size_t light, const LatticeOptions& options, MarchWorld& march,
+                 double& bytes) {
+  const MarchGrid grid = grid_of(march.kernel, kind);
+  SunLattice& lattice = march.kernel.lattices.emplace_back();
+  for (MarchLamp& lamp : march.kernel.lamps) {
+    if (lamp.light != int(light)) continue;
+    bool fits = true;
+    lamp.faces.push_back(build_lamp_faces(grid, lamp.position, options, fits));
+    for (const LampFace& face : lamp.faces.back()) bytes += double(face.depths.memory_bytes());
+    return fits;
+  }
+  lattice = build_sun_lattice(grid, march.suns()[light].wi, options);
+  bytes += double(lattice.memory_bytes());
+  return lattice.bricks.x > 0;
+}
+
 /// False where memory does not suffice.
 bool build_lattices(MarchWorld& march, LatticeTrial& trial) {
-  std::vector<SunLattice>& lattices = march.kernel.lattices;
-  lattices.clear();
-  const double most_bytes = trial.options.most_bytes;
+  clear_lattices(march);
   trial.bytes = 0.0;
-  for (const Illumination& sun : march.suns()) {
+  for (size_t l = 0; l < march.suns().size(); ++l) {
     for (const MarchKind& kind : march.kernel.kinds) {
       LatticeOptions options = trial.options;
-      options.most_bytes = most_bytes - trial.bytes;
-      lattices.push_back(build_sun_lattice(grid_of(march.kernel, kind), sun.wi, options));
-      if (lattices.back().bricks.x == 0) return false;
-      trial.bytes += double(lattices.back().memory_bytes());
+      options.most_bytes -= trial.bytes;
+      if (!add_lattice(kind, l, options, march, trial.bytes)) return false;
     }
   }
   return true;
@@ -212,7 +232,7 @@ class LatticeSearch {
     constexpr double kFinerAtLeast = 0.88, kCautious = 0.92, kConfident = 0.98;
     const double next = needed(spacing, error), coarsest = 0.98 * std::min(spacing, SunProbe::kCoarsest);
     m_law.add(spacing, error);
-    if (m_march.kernel.places.empty() && next < coarsest && is_worth_probing(next))
+    if (m_march.kernel.places.empty() && !m_march.has_lamps() && next < coarsest && is_worth_probing(next))
       return probed_spacing(next, coarsest);
     return std::min(next * (round == 0 ? kCautious : kConfident), kFinerAtLeast * spacing);
   }
@@ -266,6 +286,11 @@ class LatticeSearch {
 };
 
 }  // namespace
+
+void clear_lattices(MarchWorld& march) {
+  march.kernel.lattices.clear();
+  for (MarchLamp& lamp : march.kernel.lamps) lamp.faces.clear();
+}
 
 bool find_lattices(const std::function<Pilots(int points)>& trace, double tolerance, double most_bytes,
                    MarchWorld& march, SunlightChoice& choice) {

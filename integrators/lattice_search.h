@@ -7,8 +7,11 @@
 
 namespace pileus {
 
-/// Fills march.kernel.lattices with lattices that are good enough, and not much better; false where memory
-/// ends first. See SunlightChoice, of which it tells spacing, error and reason.
+/// Forgets lattices that were not good enough.
+void clear_lattices(MarchWorld& march);
+
+/// Fills march.kernel.lattices and the faces of lamps with lattices that are good enough, and not much
+/// better; false where memory ends first. See SunlightChoice, of which it tells spacing, error and reason.
 ///   trace: makes pilots with so many points on a ray
 bool find_lattices(const std::function<Pilots(int points)>& trace, double tolerance, double most_bytes,
                    MarchWorld& march, SunlightChoice& choice);

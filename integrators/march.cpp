@@ -16,7 +16,8 @@
 /// misses the tolerance all the same, by its own estimate, goes to `exact`. Depths (aov Z) are as good as the
 /// voxels that were read. Media lit by suns are marched, with solids and their shadows among them; those of
 /// analytic media (fog, haze) are known in closed form, and marched in as far as grids and solids shade them.
-/// For scenes with lights at a finite distance, and for tolerance 0, all rays go to `exact`.
+/// Lights at a finite distance are marched as suns are, in grids that stand but once and that no solid
+/// shades; scenes in which they light other media, and all with tolerance 0, go to `exact`.
 ///
 /// With the AOV `error_bound`, every ray comes with a proven bound of its error: docs/error_bound.md.
 ///
@@ -44,6 +45,7 @@
 #include <fmt/format.h>
 
 #include "integrators/clear_view.h"
+#include "integrators/exact_tracer.h"
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/level_of_detail.h"
 #include "integrators/lighting.h"
@@ -83,18 +85,8 @@ constexpr double kFogShare = 0.02;      ///< what tables of fog may err by, in f
 constexpr double kHazeShare = 0.02;     ///< what hazes' optical depths towards suns may err by
 constexpr double kBoundShare = 0.05;    ///< a bound need not be narrower
 
-bool wants_bound(const EffectPlan& plan) {
-  return plan.aovs.count("error_bound") > 0;
-}
-
 double largest(const Rgb& rgb) {
   return std::max({rgb.x, rgb.y, rgb.z});
-}
-
-std::unique_ptr<const Tracer> prepare_exact(const World& world, const EffectPlan& plan,
-                                            const Accuracy& accuracy) {
-  const auto exact = plugin_registry().find(Integrator::kKind, "exact")->make();
-  return std::dynamic_pointer_cast<Integrator>(exact)->prepare(world, plan, accuracy);
 }
 
 HazeRays haze_rays(const World& world, const MarchWorld& march, double tolerance) {
@@ -256,7 +248,7 @@ class MarchTracer final : public Tracer {
     constexpr double kMostBytes = 512e6;
     const SunlightChoice choice = pileus::choose_sunlight(m_world, picture, m_shares.cache * m_tolerance,
                                                           options.sun_cache ? kMostBytes : 0.0, m_march);
-    m_cache_error = choice.brightest > 0.0 ? choice.error / choice.brightest : 0.0;
+    m_sunlight = choice;
     m_choices.push_back("sunlight: " + choice.reason);
     return choice.error / m_tolerance;
   }
@@ -350,6 +342,11 @@ class MarchTracer final : public Tracer {
     MarchRay& job = packet.jobs[i];
     job.weights = packet.weights.data() + i * packet.weights_step;
     double media = packet.weights_step == 0 ? packet.brightest : m_march.brightest(job.weights);
+    if (m_march.has_lamps()) {
+      const LampLight lamps = m_march.lamplight(ray, job.segment);
+      media += lamps.brightest;
+      job.lamplight = lamps.brightest, job.lamp_rounding = lamps.rounding;
+    }
     if (m_plan.fog) media = add_fog(m_world, kFogShare * m_tolerance, media, packet, i, tile);
     job.behind = largest(packet.behind[i]);
     job.brightest = std::max(job.behind, media);
@@ -414,13 +411,16 @@ class MarchTracer final : public Tracer {
       result.z_half = std::min(result.z_half, packet.hits[i]->t);
     }
     const double stop_error = passed <= packet.jobs[i].stop ? Shares::stop * m_tolerance : 0.0;
-    const double value_error =
-        passed < 1.0 ? m_level_error + m_march.storage_error(packet.jobs[i].brightest) : 0.0;
+    const MarchRay& job = packet.jobs[i];
+    const double light = m_march.has_lamps() ? m_march.light(packet.sums.data() + i * packet.stride) : 0.0;
+    const double in_view = std::max(job.behind, job.brightest - job.lamplight) + light;
+    const double value_error = passed < 1.0 ? m_level_error + m_march.storage_error(in_view) : 0.0;
     const double haze_error =
-        m_hazes.any() ? (1.0 - passed) * packet.hazes[i].depth_error * packet.jobs[i].brightest : 0.0;
-    const double sunlit = packet.weights_step == 0 ? packet.sunlit : m_march.sunlit(packet.jobs[i].weights);
-    const double cache_error = (1.0 - passed) * m_cache_error * sunlit;
-    result.error = kEstimateSafety * marched.error + cache_error + haze_error + stop_error + value_error;
+        m_hazes.any() ? (1.0 - passed) * packet.hazes[i].depth_error * job.brightest : 0.0;
+    const double sunlit = packet.weights_step == 0 ? packet.sunlit : m_march.sunlit(job.weights);
+    const double cache_error = m_sunlight.error_of(1.0 - passed, sunlit, light);
+    result.error = kEstimateSafety * marched.error + cache_error + haze_error + stop_error + value_error +
+                   job.lamp_rounding;
     if (m_plan.secondary_rays()) result.error += passed * packet.behind_error[i];
     if (m_plan.fog) result.error += (1.0 - passed) * packet.fog_errors[i];
     const bool is_unreadable = m_hazes.any() && !packet.hazes[i].is_readable,
@@ -459,28 +459,8 @@ class MarchTracer final : public Tracer {
   std::optional<SolidShadows> m_shadows;            ///< where solids shade media
   std::unique_ptr<const Tracer> m_exact;            ///< for rays that miss the tolerance
   Shares m_shares;
-  double m_cache_error = 0.0;  ///< of the sun's cache, for a pixel of opacity 1, as a share of its sunlight
+  SunlightChoice m_sunlight;
   double m_level_error = 0.0;  ///< of reading grids at coarser levels, for a pixel that shows a medium
-  std::vector<std::string> m_choices;
-};
-
-/// Rays that the march cannot do.
-class OtherTracer final : public Tracer {
- public:
-  OtherTracer(std::unique_ptr<const Tracer> exact, const std::string& why, const EffectPlan& plan)
-      : m_exact(std::move(exact)), m_choices{"rays go to \"exact\": " + why} {
-    if (wants_bound(plan)) m_choices.push_back("error_bound: none, \"exact\" estimates its error");
-  }
-
-  size_t rays_per_call() const override { return m_exact->rays_per_call(); }
-  std::vector<std::string> choices() const override { return m_choices; }
-  std::optional<RayResult> seen_alike(const Beam& beam) const override { return m_exact->seen_alike(beam); }
-  void trace(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const override {
-    m_exact->trace(rays, results, counters);
-  }
-
- private:
-  std::unique_ptr<const Tracer> m_exact;
   std::vector<std::string> m_choices;
 };
 
@@ -496,7 +476,7 @@ struct March final : Integrator {
     const std::string obstacle =
         accuracy.tolerance > 0.0 ? MarchWorld::obstacle(world, plan) : "the tolerance is 0";
     if (obstacle.empty()) return std::make_unique<MarchTracer>(world, plan, accuracy, options);
-    return std::make_unique<OtherTracer>(prepare_exact(world, plan, accuracy), obstacle, plan);
+    return hand_over_all(world, plan, accuracy, obstacle);
   }
 };
 

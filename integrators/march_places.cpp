@@ -8,6 +8,7 @@
 #include <map>
 #include <numeric>
 
+#include "integrators/lamp_lattice.h"
 #include "integrators/sun_lattice.h"
 #include "lib/core/parallel.h"
 #include "lib/math/box.h"
@@ -181,6 +182,11 @@ std::vector<GridOnRay> grids_on_ray(const MarchScene& scene, const Ray& ray) {
 }
 
 double lattice_depth(const MarchScene& scene, size_t light, const Vec3d& p) {
+  if (const MarchLamp* lamp = scene.lamp(light)) {
+    double depth = 0.0;
+    for (const std::vector<LampFace>& faces : lamp->faces) depth += lamp_depth(faces, p);
+    return depth;
+  }
   const SunLattice* const lattices = scene.lattices.data() + light * scene.kinds.size();
   double depth = 0.0;
   if (scene.places.empty()) {

@@ -22,7 +22,7 @@ struct GridOnRay {
 /// The grids on a ray from t = 0 on, in the order of their places.
 std::vector<GridOnRay> grids_on_ray(const MarchScene& scene, const Ray& ray);
 
-/// What the lattices say of the optical depth of all grids from a point towards a sun.
+/// What the lattices say of the optical depth of all grids from a point towards a light.
 double lattice_depth(const MarchScene& scene, size_t light, const Vec3d& p);
 
 }  // namespace pileus

@@ -3,13 +3,17 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <span>
 
 #include <fmt/format.h>
 
 #include "integrators/lighting.h"
 #include "integrators/march_places.h"
+#include "integrators/phase_table.h"
 #include "lib/core/build_features.h"
+#include "lib/math/unit_vector.h"
+#include "lib/scene/point_source.h"
 #include "lib/volume/known_columns.h"
 #include "lib/volume/quantized_bricks.h"
 
@@ -63,6 +67,28 @@ StorageError storage_error_of(const WorldMedium& medium, double scale, double me
   return {medium.extinction * along(seen), along(across)};
 }
 
+/// Where a lamp lights a medium as it does much of it: in the middle, but not too close to the lamp.
+Vec3d typical_point(const WorldMedium& medium, const Light& light) {
+  const auto* lamp = dynamic_cast<const PointSource*>(&light);
+  const Box3d& bounds = medium.density->bounds();
+  if (!lamp || bounds.isEmpty()) return Vec3d(0.0);
+  const Vec3d center = bounds.center(), away = center - lamp->position;
+  const double least = 0.25 * length(bounds.size());
+  return length(away) >= least ? center : lamp->position + least * unit_vector(away).value_or(Vec3d(0, 1, 0));
+}
+
+LampPhase lamp_phase(const WorldMedium& medium) {
+  LampPhase phase;
+  phase.table = phase_table(*medium.phase);
+  for (const ScatterTerm& term : medium.scattering) {
+    const double flat = phase_weight(term, 0.0), shaped = phase_weight(term, 1.0) - flat;
+    phase.flat.push_back(float(flat));
+    phase.shaped.push_back(float(shaped));
+    if (term.scale > 0.0) phase.flat_sum += flat, phase.shaped_sum += shaped;
+  }
+  return phase;
+}
+
 /// Where the edges of a solid's shadow are not told, they are searched for, step by step from medium to
 /// medium: between places that lie far apart they would be overlooked.
 bool has_unknown_edges(const World& world) {
@@ -84,6 +110,25 @@ std::string obstacle_of_places(const World& world, const EffectPlan& plan) {
   return "";
 }
 
+/// Lamps light grids that stand but once: hazes need tables of optical depth along rays and places lists of
+/// what shades them, which are made for parallel light.
+std::string obstacle_of_lamps(const World& world, const EffectPlan& plan) {
+  for (const auto& light : world.lights) {
+    const bool is_known = light->is_directional() || dynamic_cast<const PointSource*>(light.get());
+    if (!is_known) return "a light at a finite distance that does not shine from a point";
+  }
+  const std::string at = "a light at a finite distance, and ";
+  if (plan.aovs.count("error_bound") > 0) return at + "a bound is asked for";
+  const bool has_holes = plan.surface_shadows && plan.holes;
+  if (has_holes || (plan.surface_shadows && has_unknown_edges(world)))
+    return at + "solids whose shadows have no simple edges";
+  for (const WorldMedium& medium : world.media) {
+    if (!medium.density->has_bricks()) return at + "volume \"" + medium.name + "\", which is not a grid";
+    if (medium.density->places().size() > 1) return at + "volume \"" + medium.name + "\" in several places";
+  }
+  return "";
+}
+
 }  // namespace
 
 std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
@@ -100,7 +145,9 @@ std::string MarchWorld::obstacle(const World& world, const EffectPlan& plan) {
              "\", neither a grid nor a haze of known shadow";
     if (!is_finite(medium.density->bounds())) return "volume \"" + medium.name + "\" has no end";
   }
-  if (plan.scattering && plan.local_lights) return "a light at a finite distance";
+  if (plan.scattering && plan.local_lights) {
+    if (const std::string why = obstacle_of_lamps(world, plan); !why.empty()) return why;
+  }
   if (const std::string why = obstacle_of_places(world, plan); !why.empty()) return why;
   return "";
 }
@@ -110,7 +157,7 @@ MarchWorld::MarchWorld(const World& world, const EffectPlan& plan, const MarchSt
   for (const WorldMedium& medium : world.media) m_media.push_back(&medium);
   std::stable_partition(m_media.begin(), m_media.end(),
                         [](const WorldMedium* medium) { return medium->density->has_bricks(); });
-  if (plan.scattering) add_suns();
+  if (plan.scattering) add_lights();
   for (const WorldMedium* medium : m_media) {
     if (medium->density->has_bricks()) {
       add_grid(*medium, storage);
@@ -121,6 +168,9 @@ MarchWorld::MarchWorld(const World& world, const EffectPlan& plan, const MarchSt
   std::vector<std::vector<Affine>> places;
   for (size_t g = 0; g < kernel.grids.size(); ++g) places.push_back(local_places(g));
   add_places(places, kernel);
+  if (has_lamps()) {
+    for (const WorldMedium* medium : m_media) kernel.lamp_phases.push_back(lamp_phase(*medium));
+  }
   m_base_height = m_media.front()->density->bounds().min.y;
   kernel.shadow_width = shadow_width(m_media);
 }
@@ -133,7 +183,8 @@ double MarchWorld::brightness_in_view(const WorldMedium& medium) const {
     const Vec2d pixel = n == 4 ? Vec2d(1.0) : Vec2d(2.0 * (n & 1), 2.0 * (n >> 1));
     const Vec3d direction = m_world.camera->ray(pixel, Vec2i(2)).d;
     double sum = 0.0;
-    for (const Illumination& sun : m_suns) {
+    for (const auto& light : m_world.lights) {
+      const Illumination sun = light->at(typical_point(medium, *light));
       const double p = medium.phase->p(-direction, sun.wi),
                    strength = largest(medium.albedo * sun.irradiance);
       for (const ScatterTerm& term : medium.scattering) sum += phase_weight(term, p) * strength;
@@ -193,6 +244,7 @@ void MarchWorld::add_medium(const WorldMedium& medium, MarchMedium& kernel_mediu
   kernel.several_terms |= kernel_medium.terms > 1;
   kernel.height_light |= medium.ambient.top != medium.ambient.bottom;
   m_is_isotropic &= medium.phase->is_isotropic();
+  m_densest += medium.extinction * medium.density->max_density();
 }
 
 /// Makes the kernel read the grid at its present level.
@@ -233,11 +285,12 @@ MarchWorld::GridLevel MarchWorld::exchange_level(size_t grid, GridLevel next) {
   return next;
 }
 
-void MarchWorld::add_suns() {
+void MarchWorld::add_lights() {
   kernel.lights = int(m_world.lights.size());
-  for (const auto& light : m_world.lights) {
-    m_suns.push_back(light->at(Vec3d(0.0)));
+  for (size_t l = 0; l < m_world.lights.size(); ++l) {
+    m_suns.push_back(m_world.lights[l]->at(Vec3d(0.0)));
     kernel.towards_suns.push_back(m_suns.back().wi);
+    if (!m_world.lights[l]->is_directional()) add_lamp(l);
   }
   kernel.enough_shadow = 40.0 / slowest_extinction(m_world);
   for (const WorldMedium* medium : m_media) {
@@ -248,6 +301,17 @@ void MarchWorld::add_suns() {
       m_colours.push_back(strength > 0.0 ? colour / strength : Rgb(0.0));
     }
   }
+}
+
+void MarchWorld::add_lamp(size_t light) {
+  const auto& source = dynamic_cast<const PointSource&>(*m_world.lights[light]);
+  MarchLamp& lamp = kernel.lamps.emplace_back();
+  lamp.light = int(light);
+  lamp.position = source.position;
+  lamp.radius = source.radius;
+  for (const WorldMedium* medium : m_media)
+    lamp.strengths.push_back(float(largest(medium->albedo * source.intensity)));
+  m_suns.back().irradiance = source.intensity;
 }
 
 /// Emission and the light of the sky: both are in proportion to the density.
@@ -284,11 +348,12 @@ double MarchWorld::brightest(const float* weights) const {
 }
 
 void MarchWorld::weights_for(const Vec3d& direction, std::vector<float>& weights) const {
-  weights.resize(kernel.media() * m_suns.size() * kMostTerms);
+  weights.assign(kernel.media() * m_suns.size() * kMostTerms, 0.0f);
   for (size_t m = 0; m < kernel.media(); ++m) {
     const WorldMedium& medium = *m_media[m];
     for (size_t l = 0; l < m_suns.size(); ++l) {
       const size_t at = m * m_suns.size() + l;
+      if (!m_world.lights[l]->is_directional()) continue;
       const double p = medium.phase->p(-direction, m_suns[l].wi);
       for (size_t k = 0; k < medium.scattering.size(); ++k) {
         weights[at * kMostTerms + k] = float(phase_weight(medium.scattering[k], p) * m_strengths[at]);
@@ -297,9 +362,66 @@ void MarchWorld::weights_for(const Vec3d& direction, std::vector<float>& weights
   }
 }
 
+void MarchWorld::set_lamp_weights(const Vec3d& direction, const Vec3d& p_world,
+                                  std::vector<float>& weights) const {
+  for (const MarchLamp& lamp : kernel.lamps) {
+    const Vec3d to_lamp = lamp.position - p_world;
+    const double r = std::max(length(to_lamp), lamp.radius);
+    const Vec3d wi = unit_vector(to_lamp).value_or(Vec3d(0.0, 1.0, 0.0));
+    for (size_t m = 0; m < kernel.media(); ++m) {
+      const LampPhase& phase = kernel.lamp_phases[m];
+      const double p = phase_at(phase.table, phase_coordinate(-direction, wi)),
+                   light = double(lamp.strengths[m]) / (r * r);
+      float* const of = weights.data() + (m * m_suns.size() + size_t(lamp.light)) * kMostTerms;
+      for (size_t k = 0; k < phase.flat.size(); ++k)
+        of[k] = float(light * (double(phase.flat[k]) + double(phase.shaped[k]) * p));
+    }
+  }
+}
+
+LampLight MarchWorld::lamplight(const Ray& ray, const Segment& segment) const {
+  constexpr double kRoundings = 8.0 * std::numeric_limits<float>::epsilon();
+  LampLight light;
+  const Segment inside = media_range(m_world, ray, segment);
+  if (inside.empty()) return light;
+  for (const MarchLamp& lamp : kernel.lamps) {
+    const double closest = std::clamp(dot(lamp.position - ray.o, ray.d), inside.t0, inside.t1);
+    const double r = std::max(length(lamp.position - ray.at(closest)), lamp.radius);
+    double brightest = 0.0;
+    for (size_t m = 0; m < kernel.media(); ++m) {
+      const LampPhase& phase = kernel.lamp_phases[m];
+      const auto s_at = [&](double t) {
+        return phase_coordinate(-ray.d, unit_vector(lamp.position - ray.at(t)).value_or(ray.d));
+      };
+      const double p = phase.table.between(s_at(inside.t0), s_at(inside.t1)).most;
+      brightest = std::max(brightest, double(lamp.strengths[m]) / (r * r) * phase.most(p));
+    }
+    light.brightest += brightest;
+    // As bright as that it is over a length like r.
+    const double of_ray = brightest * std::min(1.0, m_densest * std::numbers::pi * r);
+    light.rounding += of_ray * (kRoundings * inside.length() / r + worst_phase_error());
+  }
+  return light;
+}
+
+/// Of the tables, relative.
+double MarchWorld::worst_phase_error() const {
+  double worst = 0.0;
+  for (const LampPhase& phase : kernel.lamp_phases) worst = std::max(worst, phase.table.error);
+  return worst;
+}
+
 void MarchWorld::set_height(const Ray& ray, MarchRay& job) const {
   job.height0 = ray.o.y - m_base_height;
   job.height1 = ray.d.y;
+}
+
+double MarchWorld::light(const double* sums) const {
+  double light = 0.0;
+  for (size_t m = 0; m < kernel.media(); ++m, sums += sums_per_medium(kernel)) {
+    for (size_t l = 0; l < m_suns.size(); ++l) light += std::abs(sums[2 + l]);
+  }
+  return light;
 }
 
 Rgb MarchWorld::radiance(const double* sums) const {
@@ -321,10 +443,11 @@ Rgb MarchWorld::radiance(const double* sums) const {
 
 double MarchWorld::exact_depth(size_t light, const Vec3d& p_world, FieldCounters& counters) const {
   constexpr double kAll = std::numeric_limits<double>::infinity();
+  const Illumination way = light_at(light, p_world);
   double tau = 0.0;
   for (const WorldMedium* grid : std::span(m_media).first(kernel.grids.size())) {
     if (!(grid->extinction > 0.0)) continue;
-    tau += grid->extinction * grid->density->column({p_world, m_suns[light].wi}, {0.0, kAll}, kAll, counters);
+    tau += grid->extinction * grid->density->column({p_world, way.wi}, {0.0, way.distance}, kAll, counters);
   }
   return tau;
 }

@@ -22,8 +22,14 @@ struct MarchStorage {
   std::string why_floats = "asked for";
 };
 
-/// A world of media lit by suns in the form that the march kernels read, and what turns their sums back into
-/// colours. Media are numbered as in MarchScene.
+/// What lamps may bring about along a ray, at most.
+struct LampLight {
+  double brightest = 0.0;  ///< that a medium scatters towards the viewer [W/(m2 sr)]
+  double rounding = 0.0;   ///< what single precision changes of the ray's radiance, estimated
+};
+
+/// A world of media lit by suns and lamps in the form that the march kernels read, and what turns their sums
+/// back into colours. Media are numbered as in MarchScene.
 class MarchWorld {
  public:
   MarchWorld(const World& world, const EffectPlan& plan, const MarchStorage& storage = {});
@@ -70,13 +76,26 @@ class MarchWorld {
 
   int level(size_t grid) const { return m_levels[grid].level; }
 
+  /// All lights; of lamps they mean nothing.
   const std::vector<Illumination>& suns() const { return m_suns; }
+
+  bool has_lamps() const { return !kernel.lamps.empty(); }
+
+  /// A light seen from a point.
+  Illumination light_at(size_t light, const Vec3d& p_world) const {
+    return m_world.lights[light]->at(p_world);
+  }
 
   /// True where all rays have the same phase weights.
   bool is_isotropic() const { return m_is_isotropic; }
 
-  /// Phase weights of a ray, [medium][light][kMostTerms], times the light's strongest channel.
+  /// Phase weights of a ray, [medium][light][kMostTerms], times the light's strongest channel; 0 for lamps.
   void weights_for(const Vec3d& direction, std::vector<float>& weights) const;
+
+  /// Sets those of lamps, as they are at a point.
+  void set_lamp_weights(const Vec3d& direction, const Vec3d& p_world, std::vector<float>& weights) const;
+
+  LampLight lamplight(const Ray& ray, const Segment& segment) const;
 
   /// Upper bound of the radiance that the media scatter or glow with along a ray of these weights, largest
   /// channel.
@@ -88,6 +107,9 @@ class MarchWorld {
   /// The kernel's height at t along a ray, as the two coefficients that it wants.
   void set_height(const Ray& ray, MarchRay& job) const;
 
+  /// The strongest channels of what all lights make of one ray, added up.
+  double light(const double* sums) const;
+
   /// Radiance of the sums of one ray.
   Rgb radiance(const double* sums) const;
 
@@ -96,22 +118,26 @@ class MarchWorld {
 
  private:
   double sunlit(size_t medium, const float* weights) const;
+  double worst_phase_error() const;
   void add_medium(const WorldMedium& medium, MarchMedium& kernel_medium);
   void add_grid(const WorldMedium& medium, const MarchStorage& storage);
   double brightness_in_view(const WorldMedium& medium) const;
   std::shared_ptr<const BrickPyramid> stored_values(const WorldMedium& medium, const MarchStorage& storage);
   void place_grid(size_t grid);
   std::vector<Affine> local_places(size_t grid) const;
-  void add_suns();
+  void add_lights();
+  void add_lamp(size_t light);
   void add_glow(const WorldMedium& medium, MarchMedium& of) const;
 
   const World& m_world;
   std::vector<const WorldMedium*> m_media;  ///< grids, then hazes
   std::vector<GridLevel> m_levels;
   std::vector<Illumination> m_suns;
-  std::vector<double> m_strengths;  ///< [medium][light]: strongest channel of albedo * irradiance
-  std::vector<Rgb> m_colours;       ///< the same, divided by that channel
-  double m_base_height = 0.0;       ///< heights are counted from here [m]
+  std::vector<double>
+      m_strengths;             ///< [medium][light]: strongest channel of albedo * irradiance, or intensity
+  std::vector<Rgb> m_colours;  ///< the same, divided by that channel
+  double m_densest = 0.0;      ///< extinction of all media, at most [1/m]
+  double m_base_height = 0.0;  ///< heights are counted from here [m]
   bool m_is_isotropic = true;
   double m_storage_depth_error = 0.0;  ///< what 16-bit values change of optical depths that show
   double m_storage_error_in_view = 0.0;

@@ -226,19 +226,41 @@ class Search {
   uint64_t m_asked = 0;
 };
 
-}  // namespace
+/// The way from a point to a light.
+struct LightLine {
+  Vec3d wi;
+  double distance;
+};
 
-std::vector<char> are_shaded(const Shape& solid, const Vec3d& towards_sun, std::span<const Vec3d> points) {
+template <class ToLight>
+std::vector<char> are_shaded(const Shape& solid, std::span<const Vec3d> points, ToLight&& to_light) {
   thread_local std::vector<Ray> rays;
   thread_local std::vector<Segment> segments;
   thread_local std::vector<RaySight> seen;
   rays.clear();
-  for (const Vec3d& p : points) rays.push_back({p, towards_sun});
-  segments.resize(points.size(), {0.0, kInfinity});
+  segments.clear();
+  for (const Vec3d& p : points) {
+    const LightLine line = to_light(p);
+    rays.push_back({p, line.wi});
+    segments.push_back({0.0, line.distance});
+  }
   seen.resize(points.size());
   std::vector<char> met(points.size(), 0);
   solid.find_met(rays, segments, seen, met);
   return met;
+}
+
+}  // namespace
+
+std::vector<char> are_shaded(const Shape& solid, const Vec3d& towards_sun, std::span<const Vec3d> points) {
+  return are_shaded(solid, points, [&](const Vec3d&) { return LightLine{towards_sun, kInfinity}; });
+}
+
+std::vector<char> are_shaded(const Shape& solid, const Light& light, std::span<const Vec3d> points) {
+  return are_shaded(solid, points, [&](const Vec3d& p) {
+    const Illumination at = light.at(p);
+    return LightLine{at.wi, at.distance};
+  });
 }
 
 uint64_t search_shadows(const World& world, const SearchDetail& detail, const Shape& solid,

@@ -43,4 +43,7 @@ uint64_t search_shadows(const World& world, const SearchDetail& detail, const Sh
 ///   towards_sun: unit vector
 std::vector<char> are_shaded(const Shape& solid, const Vec3d& towards_sun, std::span<const Vec3d> points);
 
+/// The same for any light.
+std::vector<char> are_shaded(const Shape& solid, const Light& light, std::span<const Vec3d> points);
+
 }  // namespace pileus

@@ -8,6 +8,7 @@
 
 #include "lib/math/beam.h"
 #include "lib/math/box.h"
+#include "lib/scene/point_source.h"
 
 namespace pileus {
 namespace {
@@ -44,12 +45,21 @@ SolidShadows::SolidShadows(const World& world, double least_depth)
     for (const auto& shape : world.shapes) {
       if (!shape->casts_shadow()) continue;
       const bool shades = std::any_of(world.media.begin(), world.media.end(), [&](const WorldMedium& medium) {
-        return shape->may_shadow(medium.density->bounds(), m_towards_suns[light]);
+        return may_shade(*shape, medium.density->bounds(), light);
       });
       if (shades) (shape->has_holes() ? m_holed_casters : m_casters)[light].push_back(shape.get());
     }
     m_any |= !m_casters[light].empty() || !m_holed_casters[light].empty();
   }
+}
+
+/// False where a shape surely stands between no point of a box and a light.
+bool SolidShadows::may_shade(const Shape& shape, const Box3d& box, size_t light) const {
+  const auto* lamp = dynamic_cast<const PointSource*>(m_world.lights[light].get());
+  if (!lamp) return shape.may_shadow(box, m_towards_suns[light]);
+  Box3d ways = box;
+  ways.extendBy(lamp->position);
+  return ways.intersects(shape.bounds());
 }
 
 void SolidShadows::mark_dappled(std::span<const MarchRay> jobs, std::span<char> dappled) const {
@@ -123,16 +133,15 @@ SolidShadows::Casters SolidShadows::casters_of(std::span<const MarchRay> packet,
   Casters casters(all.size());
   for (size_t light = 0; light < all.size(); ++light) {
     for (const Shape* shape : all[light]) {
-      const bool shades = std::any_of(seen_boxes.begin(), seen_boxes.end(), [&](const Box3d& box) {
-        return shape->may_shadow(box, m_towards_suns[light]);
-      });
+      const bool shades = std::any_of(seen_boxes.begin(), seen_boxes.end(),
+                                      [&](const Box3d& box) { return may_shade(*shape, box, light); });
       if (shades) casters[light].push_back(shape);
     }
   }
   return casters;
 }
 
-/// Between edges the sun is either seen or not.
+/// Between edges the light is either seen or not.
 uint64_t SolidShadows::find_by_edges(const Shape& shape, size_t light, const Packet& packet,
                                      std::span<Segments> shadows) const {
   std::vector<std::pair<size_t, Segment>> stretches;  // of which rays
@@ -153,7 +162,7 @@ uint64_t SolidShadows::find_by_edges(const Shape& shape, size_t light, const Pac
       t0 = t1;
     }
   }
-  const std::vector<char> is_shaded = are_shaded(shape, m_towards_suns[light], middles);
+  const std::vector<char> is_shaded = are_shaded(shape, *m_world.lights[light], middles);
   for (size_t n = 0; n < stretches.size(); ++n) {
     if (is_shaded[n]) append(shadows[stretches[n].first], stretches[n].second);
   }

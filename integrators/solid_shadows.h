@@ -11,13 +11,13 @@
 
 namespace pileus {
 
-/// Where solids let the light of suns through to the media along a ray. What a sun lights of a ray is found
+/// Where solids let the light through to the media along a ray. What a light reaches of a ray is found
 /// once per ray: from the edges that shapes tell (Shape::append_shadow_edges), or, where a shape does not
 /// know them, by a search in the stretches that it may shade (search_shadows). Packets that no solid can
 /// shade pay for one look at its box. Solids with holes are not looked at, but told of.
 class SolidShadows {
  public:
-  /// A world whose lights are all suns.
+  /// A world whose lights are suns and, where all shapes know the edges of their shadows, points.
   ///   least_depth: optical depth of haze in which a shadow may be missed where shapes do not know its edges;
   ///   shadows of a 600th of it are negligible
   explicit SolidShadows(const World& world, double least_depth = 0.03);
@@ -43,6 +43,7 @@ class SolidShadows {
     std::vector<Segment> inside;  ///< all media of each
   };
 
+  bool may_shade(const Shape& shape, const Box3d& box, size_t light) const;
   Casters casters_of(std::span<const MarchRay> packet, const Casters& all) const;
   Packet packet_of(std::span<const MarchRay> jobs) const;
   Segment inside_media(const Ray& ray, Segment segment) const;

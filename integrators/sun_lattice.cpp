@@ -64,32 +64,8 @@ Frame frame_of(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOption
   return frame;
 }
 
-Affine lattice_from_local(const SunSweep& frame) {
-  const Vec3d &u = frame.eu, &v = frame.ev, &w = frame.ew, &o = frame.origin;
-  return Affine(Imath::M44d(u.x, u.y, u.z, 0, v.x, v.y, v.z, 0, w.x, w.y, w.z, 0, o.x, o.y, o.z, 1))
-      .inverse();
-}
-
 double table_size(const Frame& frame) {
   return frame.bricks[0] * frame.bricks[1] * frame.bricks[2];
-}
-
-double brick_bytes() {
-  return SunLattice::kPitch * sizeof(uint16_t);
-}
-
-/// Bricks of a lattice that meet one of the grid's that is not empty: those bricks' volume, and a layer of
-/// half a brick around it where they are as scattered as in a ball.
-double bricks_with_density(const MarchGrid& grid, const LatticeOptions& options) {
-  const auto& ranges = grid.pyramid->levels().front().ranges;
-  const double filled =
-      double(std::count_if(ranges.begin(), ranges.end(), [](const ValueRange& r) { return r.hi > 0.0f; }));
-  const double scale[3] = {1.0 / options.spacing.across, 1.0 / options.spacing.across,
-                           1.0 / options.spacing.along};
-  const double edge = std::cbrt(filled);
-  double bricks = 1.0;
-  for (const double s : scale) bricks *= edge * s + 1.0;
-  return filled > 0.0 ? bricks : 0.0;
 }
 
 /// The value of a node (SunLattice).
@@ -121,19 +97,24 @@ PlaceInCell place_in(const Vec3i& cells, const Vec3d& p) {
   return place;
 }
 
-/// Bricks of a lattice that all sweeps work on at once.
-void sweep_all(const SunSweep& sweep, SunBricks& bricks) {
-  constexpr int kColumnsU = 2, kColumnsV = 7;  // bricks; with the lines beside, 19 by 59 lines
-  const Vec3i& count = bricks.lattice->bricks;
-  const int tasks_u = (count.x + kColumnsU - 1) / kColumnsU, tasks_v = (count.y + kColumnsV - 1) / kColumnsV;
-  parallel_for(size_t(tasks_u) * size_t(tasks_v), [&](size_t task) {
-    const Vec2i first(int(task) / tasks_v * kColumnsU, int(task) % tasks_v * kColumnsV);
-    const Vec2i end(std::min(first.x + kColumnsU, count.x), std::min(first.y + kColumnsV, count.y));
-    sweep_sun_bricks(sweep, first, end, bricks);
-  });
+}  // namespace
+
+Affine lattice_from_local(const Vec3d& o, const Vec3d& u, const Vec3d& v, const Vec3d& w) {
+  return Affine(Imath::M44d(u.x, u.y, u.z, 0, v.x, v.y, v.z, 0, w.x, w.y, w.z, 0, o.x, o.y, o.z, 1))
+      .inverse();
 }
 
-}  // namespace
+double bricks_with_density(const MarchGrid& grid, const LatticeOptions& options) {
+  const auto& ranges = grid.pyramid->levels().front().ranges;
+  const double filled =
+      double(std::count_if(ranges.begin(), ranges.end(), [](const ValueRange& r) { return r.hi > 0.0f; }));
+  const double scale[3] = {1.0 / options.spacing.across, 1.0 / options.spacing.across,
+                           1.0 / options.spacing.along};
+  const double edge = std::cbrt(filled);
+  double bricks = 1.0;
+  for (const double s : scale) bricks *= edge * s + 1.0;
+  return filled > 0.0 ? bricks : 0.0;
+}
 
 double sun_lattice_bytes(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOptions& options) {
   const double table = table_size(frame_of(grid, wi_world, options));
@@ -143,23 +124,43 @@ double sun_lattice_bytes(const MarchGrid& grid, const Vec3d& wi_world, const Lat
 
 SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOptions& options,
                              uint64_t* samples) {
-  constexpr int64_t kShared = 2, kMost = (int64_t(1) << 30) / SunLattice::kPitch;
   const Frame frame = frame_of(grid, wi_world, options);
   const SunSweep& sweep = frame.sweep;
+  return fill_lattice(
+      lattice_from_local(sweep.origin, sweep.eu, sweep.ev, sweep.ew) * grid.local_from_world, frame.bricks,
+      sweep.enough, options.most_bytes,
+      [&](const Vec2i& first, const Vec2i& end, SunBricks& bricks) {
+        sweep_sun_bricks(sweep, first, end, bricks);
+      },
+      samples);
+}
+
+SunLattice fill_lattice(const Affine& lattice_from_world, const double (&count)[3], float enough,
+                        double most_bytes, const SweepBricks& sweep, uint64_t* samples) {
+  constexpr int64_t kShared = 2, kMost = (int64_t(1) << 30) / SunLattice::kPitch;
+  const double table = count[0] * count[1] * count[2];
   SunLattice lattice;
-  lattice.lattice_from_world = lattice_from_local(sweep) * grid.local_from_world;
-  const double room = (options.most_bytes - table_size(frame) * sizeof(int32_t)) / brick_bytes();
+  lattice.lattice_from_world = lattice_from_world;
+  const double room = (most_bytes - table * sizeof(int32_t)) / brick_bytes();
   if (!(room >= double(kShared))) return lattice;
-  lattice.bricks = Vec3i(int(frame.bricks[0]), int(frame.bricks[1]), int(frame.bricks[2]));
+  lattice.bricks = Vec3i(int(count[0]), int(count[1]), int(count[2]));
   SunBricks bricks;
   bricks.lattice = &lattice;
   bricks.next = kShared;
-  bricks.most = std::min({int64_t(room), int64_t(table_size(frame)) + kShared, kMost});
-  lattice.offsets.resize(size_t(table_size(frame)));
+  bricks.most = std::min({int64_t(room), int64_t(table) + kShared, kMost});
+  lattice.offsets.resize(size_t(table));
   lattice.nodes = make_large_array<uint16_t>(size_t(bricks.most) * SunLattice::kPitch);
   std::fill_n(lattice.nodes.get(), SunLattice::kPitch, encode_node(0.0f));
-  std::fill_n(lattice.nodes.get() + SunLattice::kPitch, SunLattice::kPitch, encode_node(sweep.enough));
-  sweep_all(sweep, bricks);
+  std::fill_n(lattice.nodes.get() + SunLattice::kPitch, SunLattice::kPitch, encode_node(enough));
+  constexpr int kColumnsU = 2, kColumnsV = 7;  // bricks of a task; with the lines beside, 19 by 59 lines
+  const int tasks_u = (lattice.bricks.x + kColumnsU - 1) / kColumnsU,
+            tasks_v = (lattice.bricks.y + kColumnsV - 1) / kColumnsV;
+  parallel_for(size_t(tasks_u) * size_t(tasks_v), [&](size_t task) {
+    const Vec2i first(int(task) / tasks_v * kColumnsU, int(task) % tasks_v * kColumnsV);
+    const Vec2i end(std::min(first.x + kColumnsU, lattice.bricks.x),
+                    std::min(first.y + kColumnsV, lattice.bricks.y));
+    sweep(first, end, bricks);
+  });
   if (samples) *samples += bricks.samples;
   lattice.used = bricks.next;
   if (lattice.used > bricks.most) return SunLattice();
@@ -167,7 +168,11 @@ SunLattice build_sun_lattice(const MarchGrid& grid, const Vec3d& wi_world, const
 }
 
 double sun_depth(const SunLattice& lattice, const Vec3d& p_world) {
-  const auto [cell, p] = place_in(kCells * lattice.bricks, lattice.lattice_from_world.point(p_world));
+  return depth_at(lattice, lattice.lattice_from_world.point(p_world));
+}
+
+double depth_at(const SunLattice& lattice, const Vec3d& p_lattice) {
+  const auto [cell, p] = place_in(kCells * lattice.bricks, p_lattice);
   const Vec3i brick = cell / kCells, inside = cell - kCells * brick;
   const int32_t offset =
       lattice
@@ -186,7 +191,8 @@ SunProbe::SunProbe(const MarchGrid& grid, const Vec3d& wi_world, const LatticeOp
   PILEUS_CHECK(options.spacing.across < kCoarsest);
   const Frame frame = frame_of(grid, wi_world, options);
   m_sweep = frame.sweep;
-  m_lattice_from_world = lattice_from_local(m_sweep) * grid.local_from_world;
+  m_lattice_from_world =
+      lattice_from_local(m_sweep.origin, m_sweep.eu, m_sweep.ev, m_sweep.ew) * grid.local_from_world;
   m_cells = kCells * Vec3i(int(frame.bricks[0]), int(frame.bricks[1]), int(frame.bricks[2]));
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/kernels/sun_kernel.h"
@@ -57,5 +58,29 @@ class SunProbe {
   Affine m_lattice_from_world;
   Vec3i m_cells{0, 0, 0};
 };
+
+// What lattices of all lights have in common.
+
+inline constexpr double brick_bytes() {
+  return SunLattice::kPitch * sizeof(uint16_t);
+}
+
+/// Bricks that stand for those of a table that meet one of the grid's that is not empty: those bricks'
+/// volume, and a layer of half a brick around it where they are as scattered as in a ball.
+double bricks_with_density(const MarchGrid& grid, const LatticeOptions& options);
+
+/// From the space in which a lattice has this origin and these edges to (u, v, w).
+Affine lattice_from_local(const Vec3d& o, const Vec3d& u, const Vec3d& v, const Vec3d& w);
+
+/// Fills the bricks [first, end) of u and v, and all of w.
+using SweepBricks = std::function<void(const Vec2i& first, const Vec2i& end, SunBricks& bricks)>;
+
+/// A lattice of so many bricks, as a sweep fills them; one without bricks where it does not fit in its
+/// memory. Uses parallel_for.
+SunLattice fill_lattice(const Affine& lattice_from_world, const double (&count)[3], float enough,
+                        double most_bytes, const SweepBricks& sweep, uint64_t* samples = nullptr);
+
+/// Optical depth at (u, v, w): the kernels' interpolation, in double.
+double depth_at(const SunLattice& lattice, const Vec3d& p_lattice);
 
 }  // namespace pileus

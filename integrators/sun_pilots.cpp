@@ -82,11 +82,13 @@ PilotRay pilot_ray(const MarchWorld& march, const Ray& ray, int points) {
     const auto depth = [&] { return profile.dt * double(profile.sigma[step]); };
     while (step + 1 < profile.sigma.size() && tau + depth() < wanted) tau += depth(), ++step;
     const double inside = depth() > 0.0 ? std::min((wanted - tau) / depth(), 1.0) : 0.5;
-    PilotPoint point{ray.at(profile.t0 + (double(step) + inside - 0.5) * profile.dt), opaque / points, {}};
+    PilotPoint point{
+        ray.at(profile.t0 + (double(step) + inside - 0.5) * profile.dt), opaque / points, {}, {}};
     for (size_t l = 0; l < march.suns().size(); ++l)
       point.depths.push_back(stepped_depth(march, l, point.p, kPilotStep));
     pilot.points.push_back(std::move(point));
   }
+  pilot.direction = ray.d;
   march.weights_for(ray.d, pilot.weights);
   return pilot;
 }
@@ -115,12 +117,19 @@ void take_depths(Pilots& pilots, DepthAt&& depth_at) {
 }  // namespace
 
 double stepped_depth(const MarchWorld& march, size_t light, const Vec3d& p, double step) {
+  const Illumination way = march.light_at(light, p);
   double tau = 0.0;
-  for (const GridOnRay& on : grids_on_ray(march.kernel, {p, march.suns()[light].wi})) {
+  for (const GridOnRay& on : grids_on_ray(march.kernel, {p, way.wi})) {
     if (!(on.grid.extinction > 0.0)) continue;
     // From where it begins, as kernels count in single precision.
     const Ray local{on.local.at(on.inside.t0), on.local.d};
-    tau += on.grid.extinction * stepped_column(on.grid, local, step / length(local.d));
+    double dt = step / length(local.d), end = std::numeric_limits<double>::infinity();
+    if (std::isfinite(way.distance)) {
+      end = std::min(on.inside.t1, way.distance) - on.inside.t0;
+      if (end <= 0.0) continue;
+      dt = end / std::ceil(end / dt);
+    }
+    tau += on.grid.extinction * stepped_column(on.grid, local, dt, end);
   }
   return tau;
 }
@@ -131,6 +140,13 @@ Pilots trace_pilots(const World& world, const Vec2i& picture, const MarchWorld& 
   for (size_t count = kFirstPilots; count <= kMostPilots && pilots.size() < kEnoughPilots; count *= kDenser)
     pilots = trace_rays(world, picture, march, points, count);
   return pilots;
+}
+
+void set_point_weights(const MarchWorld& march, PilotRay& pilot) {
+  for (PilotPoint& point : pilot.points) {
+    point.weights = pilot.weights;
+    march.set_lamp_weights(pilot.direction, point.p, point.weights);
+  }
 }
 
 void take_fine_depths(const MarchWorld& march, Pilots& pilots) {
@@ -171,9 +187,9 @@ double measured_error(const Pilots& pilots, const MarchWorld& march, const Depth
     double sum = 0.0;
     for (const PilotPoint& point : ray.points) {
       for (size_t l = 0; l < march.suns().size(); ++l)
-        sum += point.share * change_of_light(march, ray.weights, l, depth_at(l, point.p), point.depths[l]);
+        sum += point.share * change_of_light(march, point.weights, l, depth_at(l, point.p), point.depths[l]);
     }
-    errors[i] = std::abs(sum);
+    errors[i] = std::abs(sum) * ray.scale;
   });
   const double squares = std::inner_product(errors.begin(), errors.end(), errors.begin(), 0.0);
   const double mean = std::sqrt(squares / double(errors.size()));

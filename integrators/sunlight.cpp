@@ -1,6 +1,7 @@
 #include "integrators/sunlight.h"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -46,6 +47,33 @@ void judge_as_brightest(const MarchWorld& march, double brightest, PilotRay& pil
   for (float& weight : pilot.weights) weight *= float(brightest / own);
 }
 
+/// What all lights make of a pilot's pixel.
+double light_of(const MarchWorld& march, const PilotRay& pilot) {
+  constexpr double kDark = std::numeric_limits<double>::infinity();
+  double sum = 0.0;
+  for (const PilotPoint& point : pilot.points) {
+    for (size_t l = 0; l < march.suns().size(); ++l)
+      sum += point.share * std::abs(change_of_light(march, point.weights, l, point.depths[l], kDark));
+  }
+  return sum;
+}
+
+/// What lamps light closely is far brighter than the rest: lattices that were fine enough for that would be
+/// too fine. Few pilots may be bright; they are judged as if they were as bright as the brightest of the
+/// others. Returns how bright that is.
+double scale_bright_ones(const MarchWorld& march, Pilots& pilots) {
+  constexpr double kFew = 0.02;
+  std::vector<double> lights;
+  for (const PilotRay& pilot : pilots) lights.push_back(light_of(march, pilot));
+  if (lights.empty()) return 0.0;
+  std::vector<double> sorted = lights;
+  std::sort(sorted.begin(), sorted.end());
+  const double bright = sorted[size_t((1.0 - kFew) * double(sorted.size() - 1))];
+  for (size_t i = 0; i < pilots.size(); ++i)
+    if (lights[i] > bright) pilots[i].scale = bright / lights[i];
+  return bright;
+}
+
 }  // namespace
 
 SunlightChoice choose_sunlight(const World& world, const Vec2i& picture, double tolerance, double most_bytes,
@@ -59,10 +87,12 @@ SunlightChoice choose_sunlight(const World& world, const Vec2i& picture, double 
   const auto trace = [&](int points) {
     Pilots pilots = trace_pilots(world, picture, march, points);
     for (PilotRay& pilot : pilots) judge_as_brightest(march, choice.brightest, pilot);
+    for (PilotRay& pilot : pilots) set_point_weights(march, pilot);
+    if (march.has_lamps()) choice.bright = scale_bright_ones(march, pilots);
     return pilots;
   };
   if (most_bytes > 0.0 && find_lattices(trace, tolerance, most_bytes, march, choice)) return choice;
-  march.kernel.lattices.clear();
+  clear_lattices(march);
   const std::string why =
       most_bytes > 0.0 ? fmt::format("a cache within {:.2g} would need more than the {:.0f} MB allowed",
                                      tolerance, 1e-6 * most_bytes)

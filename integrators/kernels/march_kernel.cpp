@@ -36,7 +36,8 @@ void march_rays_impl(const MarchScene& scene, std::span<const MarchRay> rays, st
   if (has_shades) march_with<0, -1, false>(scene, rays, results, sums, Packets::shaded);
   const bool is_plain = !scene.several_terms && !scene.height_light;
   const bool is_simple = scene.grids.size() == 1 && scene.hazes.empty() && scene.places.empty() &&
-                         scene.grids[0].extinction > 0.0 && !(scene.shadow_step > 0.0) && !rays.front().fog;
+                         scene.lamps.empty() && scene.grids[0].extinction > 0.0 &&
+                         !(scene.shadow_step > 0.0) && !rays.front().fog;
   if constexpr (kHasSeveralMedia) {
     if (!is_simple) return march_with<0, -1, false>(scene, rays, results, sums);
   }

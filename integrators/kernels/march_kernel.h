@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "integrators/kernels/march_lamp.h"
 #include "integrators/kernels/sun_nodes.h"
 #include "lib/geom/box_index.h"
 #include "lib/math/affine.h"
@@ -89,20 +90,29 @@ struct HazeDepth {
 struct MarchScene {
   std::vector<MarchGrid> grids;
   std::vector<MarchMedium> hazes;
-  std::vector<SunLattice> lattices;   ///< [light][kind]
+  std::vector<SunLattice> lattices;   ///< [light][kind]; empty ones for lamps
   std::vector<MarchKind> kinds;       ///< one per grid where each stands but once
   std::vector<MarchPlace> places;     ///< of all grids, where some stand in several; else none
   BoxIndex place_index;               ///< of their boxes in the world
   std::vector<PlaceShading> shading;  ///< [light]
   int lights = 0;
-  bool several_terms = false;       ///< some grid has more than the plain term
-  bool height_light = false;        ///< some light varies with height: the sums of heights are wanted
-  bool is_leaping = true;           ///< false: every node counts as the densest and most varied of all
-  bool wants_depth = false;         ///< `first` and `z_half` of results are wanted
-  std::vector<Vec3d> towards_suns;  ///< unit vectors, world
-  double shadow_step = 0.0;         ///< of shadow rays [cells]; 0: lattices are read instead
-  double enough_shadow = 0.0;       ///< optical depth at which shadow rays may end
-  double shadow_width = 0.0;        ///< of what the smallest grid throws onto hazes; its details [m]
+  std::vector<MarchLamp> lamps;        ///< lights that are no suns, ascending; none with hazes or places
+  std::vector<LampPhase> lamp_phases;  ///< [medium]; where there are lamps
+  bool several_terms = false;          ///< some grid has more than the plain term
+  bool height_light = false;           ///< some light varies with height: the sums of heights are wanted
+  bool is_leaping = true;              ///< false: every node counts as the densest and most varied of all
+  bool wants_depth = false;            ///< `first` and `z_half` of results are wanted
+  std::vector<Vec3d> towards_suns;     ///< unit vectors, world; of lamps they mean nothing
+  double shadow_step = 0.0;            ///< of shadow rays [cells]; 0: lattices are read instead
+  double enough_shadow = 0.0;          ///< optical depth at which shadow rays may end
+  double shadow_width = 0.0;           ///< of what the smallest grid throws onto hazes; its details [m]
+
+  /// Null where a light is a sun.
+  const MarchLamp* lamp(size_t light) const {
+    for (const MarchLamp& lamp : lamps)
+      if (lamp.light == int(light)) return &lamp;
+    return nullptr;
+  }
 
   size_t media() const { return grids.size() + hazes.size(); }
   const MarchMedium& medium(size_t i) const { return i < grids.size() ? grids[i] : hazes[i - grids.size()]; }
@@ -120,13 +130,15 @@ struct MarchFog {
 struct MarchRay {
   Ray ray;
   Segment segment;
-  const float* weights =
-      nullptr;  ///< [medium][light][kMostTerms]: phase weights [1/sr] times the light's strongest channel
+  const float* weights = nullptr;  ///< [medium][light][kMostTerms]: phase weights [1/sr] times the light's
+                                   ///< strongest channel; 0 for lamps
   double step_quality =
       0.0;  ///< how much error a step may make [1]: the error of the ray is in proportion to it
   double height0 = 0.0, height1 = 0.0;  ///< height at t [m]: height0 + t * height1
   double behind = 0.0;                  ///< radiance that arrives from the end of the ray, largest channel
   double brightest = 0.0;               ///< no light on the ray is brighter, largest channel
+  double lamplight = 0.0;               ///< the part of it that lamps may have [W/(m2 sr)]
+  double lamp_rounding = 0.0;           ///< what rounding changes of that light on the whole ray
   double stop = 0.0;                    ///< transmittance at which the ray ends
   const std::vector<Segment>* lit = nullptr;  ///< [light]: stretches that solids do not shade, ascending;
                                               ///< null: all. Of all rays of a packet or of none

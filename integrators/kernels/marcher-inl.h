@@ -17,6 +17,7 @@
 #include "integrators/kernels/fog-inl.h"
 #include "integrators/kernels/hazes-inl.h"
 #include "integrators/kernels/history-inl.h"
+#include "integrators/kernels/lamps-inl.h"
 #include "integrators/kernels/lattice_reader-inl.h"
 #include "integrators/kernels/outlook-inl.h"
 #include "integrators/kernels/packet-inl.h"
@@ -46,7 +47,8 @@ class Marcher {
         m_grids(grid_readers(scene)),
         m_lattices(lattice_readers(scene.lattices)),
         m_places(scene, m_grids, m_lattices),
-        m_outlook(scene, m_places, m_hazes) {
+        m_lamps(scene, m_grids),
+        m_outlook(scene, m_places, m_hazes, m_lamps) {
     for (size_t i = 0; i < scene.media(); ++i) m_extinctions.push_back(float(scene.medium(i).extinction));
     if (!m_places.any()) {
       m_paths.resize(m_grids.size());
@@ -120,6 +122,7 @@ class Marcher {
       m_fog.begin(m_rays, m_base);
       m_hazes.begin(m_rays, m_base);
       m_places.begin(m_base);
+      m_lamps.begin(m_rays, m_base);
     }
   }
 
@@ -171,7 +174,8 @@ class Marcher {
   }
 
   int steps_for(const Slab& slab, double span) const {
-    return slab.steps(span, double(most_passed()) / m_quality);
+    const double brightness = kGrids == 1 ? 1.0 : slab.brightness;
+    return slab.steps(span, brightness * double(most_passed()) / m_quality);
   }
 
   float most_passed() const { return *std::max_element(m_passed.of, m_passed.of + kPacketRays); }
@@ -316,6 +320,7 @@ class Marcher {
     const D d;
     V sigma = hn::Zero(d), rho_sum = hn::Zero(d);
     if (m_shades.any()) m_shades.look(v, t, dt);
+    m_lamps.look(v, t);
     for (int l = 0; l < lights(); ++l) m_sun_depths[size_t(l)].set(v, sun_depth(l, v, t));
     for (int g = 0; g < media(); ++g) {
       const V rho = g < grids() ? density(size_t(g), v, t) : m_hazes.density(size_t(g - grids()), v, t, dt);
@@ -398,6 +403,7 @@ class Marcher {
   }
 
   HWY_INLINE V sun_depth(int light, size_t v, V t) {
+    if (m_lamps.is_lamp(light)) return m_lamps.depth(light, v, t, m_paths, m_lookups);
     const size_t first = size_t(light) * size_t(grids());
     V sum = m_hazes.any() ? m_hazes.depth(light, v, t) : hn::Zero(D());
     if (m_places.any()) return hn::Add(sum, m_places.depth(light, v, t, m_lookups));
@@ -413,22 +419,20 @@ class Marcher {
   /// Shadow rays of all lanes in step, through every grid.
   V traced_depth(int light, size_t v, V t) {
     V sum = hn::Zero(D());
-    for (int g = 0; g < grids(); ++g) {
-      if (m_extinctions[size_t(g)] > 0.0f) sum = hn::Add(sum, traced_depth(light, g, v, t));
+    for (size_t g = 0; g < m_grids.size(); ++g) {
+      const MarchGrid& grid = m_scene.grids[g];
+      if (!(grid.extinction > 0.0)) continue;
+      const Vec3d towards = grid.local_from_world.direction(m_scene.towards_suns[size_t(light)]);
+      const PacketPath& path = m_paths[g];
+      sum = hn::Add(sum, trace_shadow(grid, m_grids[g], {towards, m_scene.shadow_step, m_scene.enough_shadow},
+                                      path.at(0, v, t), path.at(1, v, t), path.at(2, v, t), m_lookups));
     }
     return sum;
   }
 
-  V traced_depth(int light, int grid, size_t v, V t) {
-    const MarchGrid& scene = m_scene.grids[size_t(grid)];
-    const Vec3d towards = scene.local_from_world.direction(m_scene.towards_suns[size_t(light)]);
-    const PacketPath& path = m_paths[size_t(grid)];
-    return trace_shadow(scene, m_grids[size_t(grid)], {towards, m_scene.shadow_step, m_scene.enough_shadow},
-                        path.at(0, v, t), path.at(1, v, t), path.at(2, v, t), m_lookups);
-  }
-
   HWY_INLINE V response_of(int medium, int light, size_t v, V tau) const {
     const D d;
+    if (kGrids != 1 && m_lamps.is_lamp(light)) return m_lamps.response(medium, light, v, tau);
     const PacketFloats* weights =
         m_weights.data() + (size_t(medium) * size_t(lights()) + size_t(light)) * kTermsKept;
     if constexpr (kPlain) {
@@ -474,6 +478,7 @@ class Marcher {
   std::vector<GridReader> m_grids;
   std::vector<LatticeReader> m_lattices;
   Places m_places;  ///< where some grid stands in several
+  Lamps m_lamps;
   Outlook<kGrids> m_outlook;
   std::vector<float> m_extinctions;  ///< of each medium [1/m]
 

@@ -16,6 +16,7 @@
 #include "hwy/highway.h"
 
 #include "integrators/kernels/hazes-inl.h"
+#include "integrators/kernels/lamps-inl.h"
 #include "integrators/kernels/march_kernel.h"
 #include "integrators/kernels/places-inl.h"
 #include "integrators/kernels/walks-inl.h"
@@ -30,11 +31,12 @@ class Outlook {
  public:
   static constexpr int kMostLevel = 8;  ///< slabs of 8 << level cells
 
-  /// Both outlive it.
-  Outlook(const MarchScene& scene, Places& places, Hazes& hazes)
+  /// All outlive it.
+  Outlook(const MarchScene& scene, Places& places, Hazes& hazes, Lamps& lamps)
       : m_scene(scene),
         m_places(places),
         m_hazes(hazes),
+        m_lamps(lamps),
         m_grids(places.any() ? 0 : scene.grids.size()),
         m_locals(m_grids * kPacketRays) {}
 
@@ -62,13 +64,18 @@ class Outlook {
       m_brightest = std::max(m_brightest, job.brightest);
     }
     const Segment way{std::max(inside.t0, wanted.t0), std::min(inside.t1, wanted.t1)};
-    if constexpr (kGrids != 1) m_hazes.begin(rays, way.t0);
+    if constexpr (kGrids != 1) {
+      m_hazes.begin(rays, way.t0);
+      m_lamps.enter(rays, way.t0);
+    }
     return way;
   }
 
   /// Where the slab of a level ends that begins at t.
   double slab_end(double t, int level, double last) const {
-    return std::min(t + double(BrickGrid::kBrickCells << level) * m_finest, last);
+    double length = double(BrickGrid::kBrickCells << level) * m_finest;
+    if constexpr (kGrids != 1) length = std::min(length, m_lamps.reach(t));
+    return std::min(t + length, last);
   }
 
   /// The way without what is empty in front of everything else; empty where all of it is.
@@ -103,6 +110,7 @@ class Outlook {
       const auto scale = [&](const MarchMedium& medium) { return light_scale(medium); };
       m_places.look_ahead(t0, t1, scale, slab);
       m_hazes.look_ahead(m_scene, t0, t1, scale, slab);
+      m_lamps.look_ahead(t0, t1, slab);
     }
     return slab;
   }
@@ -134,6 +142,7 @@ class Outlook {
   const MarchScene& m_scene;
   Places& m_places;
   Hazes& m_hazes;
+  Lamps& m_lamps;
   size_t m_grids;                 ///< that stand but once; what follows is of these
   std::vector<Ray> m_locals;      ///< [grid][ray]
   std::vector<GridBeam> m_beams;  ///< one per grid

@@ -3,6 +3,7 @@
 #include <array>
 #include <atomic>
 #include <cstdint>
+#include <limits>
 #include <span>
 
 #include "integrators/kernels/sun_nodes.h"
@@ -23,6 +24,17 @@ struct SunSweep {
   double length = 0.0;        ///< of ew in world space [m]
   int steps = 1;              ///< samples between neighbouring nodes
   bool is_halved = false;     ///< means are read (QuantizedValues::means), not the values themselves
+  float enough = 0.0f;        ///< depths beyond this count as this
+  bool is_everywhere = true;  ///< false: depths are only wanted where the grid has a density
+};
+
+/// The same for a lamp: lines meet in it.
+///   local_at(u, v, w) = lamp + (w0 + w) * (ahead + u * eu + v * ev), local to the grid
+struct LampSweep {
+  const MarchGrid* grid = nullptr;
+  Vec3d lamp, ahead, eu, ev;
+  double w0 = 0.0;
+  int steps = 1;              ///< samples between neighbouring nodes
   float enough = 0.0f;        ///< depths beyond this count as this
   bool is_everywhere = true;  ///< false: depths are only wanted where the grid has a density
 };
@@ -53,10 +65,15 @@ void sum_sun_lines(const SunSweep& sweep, const Vec3i& cell, int top, SunLines& 
 /// Fills the bricks [first, end) of u and v, and all of w.
 void sweep_sun_bricks(const SunSweep& sweep, const Vec2i& first, const Vec2i& end, SunBricks& bricks);
 
+void sweep_lamp_bricks(const LampSweep& sweep, const Vec2i& first, const Vec2i& end, SunBricks& bricks);
+
 /// Densities at t0 + i * dt along a local ray that stays inside the table of bricks, or far outside.
 void sample_density(const MarchGrid& grid, const Ray& local, double t0, double dt, std::span<float> rho);
 
-/// Integral of the density along a local ray to the end of the grid, by equal steps of dt, in units of t.
-double stepped_column(const MarchGrid& grid, const Ray& local, double dt);
+/// Integral of the density along a local ray to the end of the grid or of the ray, whichever comes first, by
+/// equal steps of dt, in units of t.
+///   end: a multiple of dt
+double stepped_column(const MarchGrid& grid, const Ray& local, double dt,
+                      double end = std::numeric_limits<double>::infinity());
 
 }  // namespace pileus

@@ -16,48 +16,14 @@
 #include "hwy/highway.h"
 
 #include "integrators/kernels/density_rows-inl.h"
+#include "integrators/kernels/empty_space-inl.h"
+#include "integrators/kernels/lattice_writer-inl.h"
 #include "integrators/kernels/readers-inl.h"
 #include "integrators/kernels/walks-inl.h"
 
 HWY_BEFORE_NAMESPACE();
 namespace pileus::HWY_NAMESPACE {
 namespace hn = hwy::HWY_NAMESPACE;
-
-/// Whether a grid has no density in a box of its local space.
-class EmptySpace {
- public:
-  explicit EmptySpace(const BrickPyramid& pyramid) : m_pyramid(pyramid) {}
-
-  /// Exact to nodes of about a quarter of the box, and of the given level at
-  /// least.
-  bool holds(const Box3d& box, size_t level) const {
-    const Vec3d size = box.size();
-    const double extent = std::max({size.x, size.y, size.z});
-    while (level + 1 < m_pyramid.levels().size() && double(8 << level) < 0.25 * extent) ++level;
-    const BrickPyramid::Level& nodes = m_pyramid.levels()[level];
-    const double edge = double(8 << level);
-    Vec3i lo, hi;
-    for (int axis = 0; axis < 3; ++axis) {
-      const double first = std::max(0.0, std::floor(box.min[axis] / edge)),
-                   last = std::min(double(nodes.nodes[axis] - 1), std::floor(box.max[axis] / edge));
-      if (!(first <= last)) return true;
-      lo[axis] = int(first), hi[axis] = int(last);
-    }
-    for (int x = lo.x; x <= hi.x; ++x) {
-      for (int y = lo.y; y <= hi.y; ++y) {
-        const ValueRange* const row =
-            nodes.ranges.data() + (size_t(x) * size_t(nodes.nodes.y) + size_t(y)) * size_t(nodes.nodes.z);
-        for (int z = lo.z; z <= hi.z; ++z) {
-          if (row[z].hi > 0.0f) return false;
-        }
-      }
-    }
-    return true;
-  }
-
- private:
-  const BrickPyramid& m_pyramid;
-};
 
 /// Sweeps the lines of some columns of bricks, and with them the lines beside,
 /// from the sun's side down: eight cells at a time, which then become bricks.
@@ -67,6 +33,7 @@ class SunSweeper {
   SunSweeper(const SunSweep& sweep, const Vec2i& first, const Vec2i& end, SunBricks& bricks)
       : m_sweep(sweep),
         m_bricks(bricks),
+        m_writer(bricks, sweep.enough),
         m_pyramid(*sweep.grid->pyramid),
         m_empty(*sweep.grid->pyramid),
         m_first(first),
@@ -171,25 +138,10 @@ class SunSweeper {
   }
 
   void store_brick(const Vec3i& brick) {
-    SunLattice& lattice = *m_bricks.lattice;
-    int32_t& offset = lattice.offsets[(size_t(brick.x) * size_t(lattice.bricks.y) + size_t(brick.y)) *
-                                          size_t(lattice.bricks.z) +
-                                      size_t(brick.z)];
-    offset = kLight;
-    if (!is_wanted(brick)) return;
+    if (!is_wanted(brick)) return m_writer.skip(brick);
     alignas(64) uint16_t nodes[SunLattice::kPitch + 64];
     fill_nodes(brick, nodes);
-    const bool is_uniform =
-        std::all_of(nodes + 1, nodes + kNodes, [&](uint16_t node) { return node == nodes[0]; });
-    if (is_uniform && nodes[0] == lattice.nodes[kLight]) return;
-    if (is_uniform && nodes[0] == lattice.nodes[kDark]) {
-      offset = kDark;
-      return;
-    }
-    const int64_t slot = m_bricks.next.fetch_add(1);
-    if (slot >= m_bricks.most) return;
-    offset = int32_t(slot * SunLattice::kPitch);
-    std::memcpy(lattice.nodes.get() + offset, nodes, kNodes * sizeof(uint16_t));
+    m_writer.store(brick, nodes);
   }
 
   /// Whether there may be a density in some cell of the brick; rounding may
@@ -207,35 +159,14 @@ class SunSweeper {
     return false;
   }
 
-  /// The nodes of a brick, balanced: linear interpolation lies above a convex
-  /// function by h^2/12 of its second derivative on average. Node values
-  /// lowered by as much, as their second differences tell it, leave errors of
-  /// changing sign, which cancel along a view ray (Blu, Thevenaz, Unser 2004).
-  /// What light meets at the edge of a cloud then becomes slightly negative:
-  /// transmittance takes that as it is. More than slightly is the sign of a
-  /// lattice too coarse to be corrected, and would brighten: there is a floor.
   void fill_nodes(const Vec3i& brick, uint16_t* nodes) {
-    const D d;
-    const V two = hn::Set(d, 2.0f), four = hn::Set(d, 4.0f);
-    const V share_across = hn::Set(d, balance(m_sweep.ev)), share_along = hn::Set(d, balance(m_sweep.ew));
+    const LatticeWriter::Balance shares{balance(m_sweep.ev), balance(m_sweep.ew)};
     const int row0 = (brick.x - m_first.x) * kCells + 1, column0 = (brick.y - m_first.y) * kCells + 1;
     for (int u = 0; u <= kCells; ++u) {
       for (int w = 0; w <= kCells; ++w) {
-        const float *here = row_at(w + 1, row0 + u) + column0,
-                    *before = row_at(w + 1, row0 + u - 1) + column0,
-                    *after = row_at(w + 1, row0 + u + 1) + column0, *below = row_at(w, row0 + u) + column0,
-                    *above = row_at(w + 2, row0 + u) + column0;
-        uint16_t* const out = nodes + u * SunLattice::kStrideU + w * SunLattice::kStrideW;
-        // What a vector writes too much is overwritten by the next row.
-        for (int v = 0; v <= kCells; v += int(kLanes)) {
-          const V tau = hn::LoadU(d, here + v);
-          const V across = hn::Add(hn::Add(hn::LoadU(d, before + v), hn::LoadU(d, after + v)),
-                                   hn::Add(hn::LoadU(d, here + v - 1), hn::LoadU(d, here + v + 1)));
-          const V along = hn::Add(hn::LoadU(d, below + v), hn::LoadU(d, above + v));
-          const V lowered = hn::NegMulAdd(hn::NegMulAdd(four, tau, across), share_across,
-                                          hn::NegMulAdd(hn::NegMulAdd(two, tau, along), share_along, tau));
-          store_nodes(lowered, out + v);
-        }
+        const auto row = [&](int level, int beside) { return row_at(level, row0 + u + beside) + column0; };
+        m_writer.fill_row({row(w + 1, 0), row(w + 1, -1), row(w + 1, 1), row(w, 0), row(w + 2, 0)}, shares,
+                          nodes + u * SunLattice::kStrideU + w * SunLattice::kStrideW);
       }
     }
   }
@@ -249,25 +180,9 @@ class SunSweeper {
     return float(1.0 / 12.0 + blurred);
   }
 
-  void store_nodes(V tau, uint16_t* out) const {
-    const D d;
-    const DI di;
-    const hn::Rebind<uint16_t, D> du16;
-    const V shifted =
-        hn::Add(hn::Min(hn::Max(tau, hn::Set(d, SunLattice::kLowest)), hn::Set(d, m_sweep.enough)),
-                hn::Set(d, SunLattice::kOffset));
-    constexpr int kShift = SunLattice::kMantissaShift;
-    const VI rounded =
-        hn::Add(hn::BitCast(di, shifted), hn::Set(di, (1 << (kShift - 1)) - SunLattice::kExponentBias));
-    hn::StoreU(hn::DemoteTo(du16, hn::ShiftRight<kShift>(rounded)), du16, out);
-  }
-
-  static constexpr size_t kNodes = 729;
-  static constexpr int32_t kLight = 0,
-                           kDark = SunLattice::kPitch;  ///< offsets of bricks that many share
-
   const SunSweep& m_sweep;
   SunBricks& m_bricks;
+  LatticeWriter m_writer;
   const BrickPyramid& m_pyramid;
   const EmptySpace m_empty;
   const Vec2i m_first, m_end;
@@ -307,12 +222,11 @@ inline void sample_density_impl(const MarchGrid& grid, const Ray& local, double 
   }
 }
 
-inline double stepped_column_impl(const MarchGrid& grid, const Ray& local, double dt) {
+inline double stepped_column_impl(const MarchGrid& grid, const Ray& local, double dt, double end_of_ray) {
   const GridReader reader(*grid.pyramid);
   const D d;
   const LinePath path(local.o, dt * local.d);
-  NodeWalker walker(*grid.pyramid, local,
-                    clip_to_bounds(grid.bounds, local, {0.0, std::numeric_limits<double>::infinity()}));
+  NodeWalker walker(*grid.pyramid, local, clip_to_bounds(grid.bounds, local, {0.0, end_of_ray}));
   NodeWalker::Stretch stretch;
   double sum = 0.0;
   while (walker.next(stretch)) {

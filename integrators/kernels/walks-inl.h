@@ -28,7 +28,9 @@ struct Slab {
   double sigma = 0.0;      ///< largest extinction [1/m]
   double variation = 0.0;  ///< of what a density adds to a ray, relative to the brightest [1/m]
   double voxel = std::numeric_limits<double>::infinity();  ///< shortest of the grids that are met [m]
-  double slope = 0.0;  ///< of the extinction of hazes, or of what they scatter [1/m2]
+  double slope = 0.0;       ///< of the extinction of hazes, or of what they scatter [1/m2]
+  double most_rate = 0.0;   ///< more steps than a voxel wants may be worth it: up to so many [1/m]
+  double brightness = 1.0;  ///< of the light here, at most, as a share of the brightest on the rays
 
   /// Two rules give the step: the density may vary so much, and the light inside a step may fall by so much,
   /// that the step errs by its share (METHODS §1.5, §9.2); both matter less behind what the rays have already
@@ -37,7 +39,7 @@ struct Slab {
   int steps(double span, double weight) const {
     constexpr double kMostPerVoxel = 8.0, kMost = 32768.0;
     double rate = std::sqrt(weight * std::max(variation / voxel + slope, sigma * sigma));
-    if (std::isfinite(voxel)) rate = std::min(rate, kMostPerVoxel / voxel);
+    if (std::isfinite(voxel)) rate = std::min(rate, std::max(kMostPerVoxel / voxel, most_rate));
     return std::max(1, int(std::ceil(std::min(span * rate, kMost))));
   }
 };

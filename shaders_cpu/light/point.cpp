@@ -12,33 +12,17 @@
 ///   intensity = [40, 36, 30]
 ///
 /// The radius keeps the light finite everywhere, also in a medium that surrounds it.
-#include <algorithm>
-
 #include "lib/core/param_table.h"
-#include "lib/math/unit_vector.h"
-#include "lib/scene/light.h"
+#include "lib/scene/point_source.h"
 
 namespace pileus {
 namespace {
 
-struct PointLight final : Light {
-  Vec3d m_position{0.0, 10.0, 0.0};
-  Rgb m_intensity{100.0, 100.0, 100.0};
-  double m_radius = 0.01;
-
+struct PointLight final : PointSource {
   void describe(ParamTable& params) override {
-    params.vector("position", m_position, "m", "of the light");
-    params.rgb("intensity", m_intensity, "W/sr", "radiant intensity").at_least(0);
-    params.number("radius", m_radius, "m", "distance below which the irradiance stays the same")
-        .at_least(1e-6);
-  }
-  Illumination at(const Vec3d& p_world) const override {
-    const Vec3d to_light = m_position - p_world;
-    const double distance = length(to_light);
-    const double reach = std::max(distance, m_radius);
-    // In the very centre every direction is as good.
-    const Vec3d wi = unit_vector(to_light).value_or(Vec3d(0.0, 1.0, 0.0));
-    return {wi, distance, m_intensity / (reach * reach)};
+    params.vector("position", position, "m", "of the light");
+    params.rgb("intensity", intensity, "W/sr", "radiant intensity").at_least(0);
+    params.number("radius", radius, "m", "distance below which the irradiance stays the same").at_least(1e-6);
   }
 };
 

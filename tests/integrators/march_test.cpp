@@ -204,9 +204,9 @@ TEST(March, leaves_to_exact_what_it_cannot_do) {
   const std::string grid = MarchScenes::camera() + scenes().grid("blob", "extinction = 3"),
                     sun = MarchScenes::sun(),
                     ball = "[object.ball]\ntype = \"sphere\"\ncenter = [0, 1, 2]\nradius = 0.5\n",
-                    lamp = "[light.lamp]\ntype = \"point\"\nposition = [0, 4, 2]\nintensity = [9, 9, 9]\n";
+                    lamp = MarchScenes::lamp("lamp", "[0, 4, 2]");
   const std::map<std::string, std::pair<std::string, double>> cases = {
-      {"point light", {grid + lamp, 0.01}},
+      {"lamp and haze", {grid + MarchScenes::haze("extinction = 0.1\n") + lamp, 0.01}},
       {"tolerance 0", {grid + sun, 0.0}},
       {"no media", {MarchScenes::camera() + ball + sun, 0.01}},
   };
