@@ -76,7 +76,8 @@ class Hazes {
                   Slab& slab) const {
     constexpr double kSharp = 4.0;
     const bool may_be_shaded = t1 > m_grid_shadows.t0 && t0 < m_grid_shadows.t1;
-    const double shadow_slope = (may_be_shaded ? 1.0 / scene.shadow_width : 0.0) + change_of_light(t0, t1);
+    const double shadow_slope =
+        (may_be_shaded ? 1.0 / scene.shadow_width : 0.0) + kSharp * change_of_light(t0, t1);
     for (size_t h = 0; h < m_stretches.size(); ++h) {
       const double densest_here = double(densest(h, t0, t1));
       if (densest_here == 0.0) continue;
@@ -106,15 +107,18 @@ class Hazes {
   /// The steepest relative slope of a haze's density on any of the rays [1/m].
   double steepest(size_t haze) const { return m_stretches[haze].steepest; }
 
-  /// Mean density of a haze over a step, by the midpoint rule in the part of it that has some.
+  /// Mean density of a haze over a step, by the midpoint rule in the part of it that has some. What a step
+  /// lacks is told from its middle: the difference of its ends would be rounded as these are, and short steps
+  /// lose a part of their density.
   HWY_INLINE V density(size_t haze, size_t v, V t, V dt) const {
     const D d;
     const Stretches& of = m_stretches[haze];
-    const V half = hn::Mul(dt, hn::Set(d, 0.5f));
-    const V from = hn::Max(hn::Sub(t, half), of.begin.get(v)), to = hn::Min(hn::Add(t, half), of.end.get(v));
-    const V covered = hn::Max(hn::Sub(to, from), hn::Zero(d));
-    const V middle = hn::MulAdd(covered, hn::Set(d, 0.5f), from);
-    const V share = hn::Min(hn::Div(covered, hn::Max(dt, hn::Set(d, 1e-30f))), hn::Set(d, 1.0f));
+    const V half = hn::Mul(dt, hn::Set(d, 0.5f)), zero = hn::Zero(d);
+    const V before = hn::Max(hn::Add(hn::Sub(of.begin.get(v), t), half), zero),
+            after = hn::Max(hn::Add(hn::Sub(t, of.end.get(v)), half), zero);
+    const V covered = hn::Max(hn::Sub(hn::Sub(dt, before), after), zero);
+    const V middle = hn::MulAdd(hn::Sub(before, after), hn::Set(d, 0.5f), t);
+    const V share = hn::Div(covered, hn::Max(dt, hn::Set(d, 1e-30f)));
     return hn::Mul(of.density_at(v, middle), share);
   }
 
@@ -146,23 +150,27 @@ class Hazes {
     }
   };
 
-  /// By how much the share of any sun's light that hazes leave changes on any of the rays between t0 and t1,
-  /// to and fro, per length [1/m]: edges of shadows are steep, but few.
+  /// By how much the share of any sun's light that hazes leave changes on a ray between t0 and t1, to and
+  /// fro, per length [1/m]: edges of shadows are steep, but few. Every fifth ray tells, as neighbours see
+  /// much the same.
   double change_of_light(double t0, double t1) const {
     double most = 0.0;
     for (const auto& rays : m_tables) {
-      for (const std::span<const HazeDepth>& nodes : rays) {
-        double change = 0.0;
-        for (size_t i = 1; i < nodes.size() && nodes[i - 1].t < t1; ++i) {
-          const double inside = std::min(nodes[i].t, t1) - std::max(nodes[i - 1].t, t0);
-          if (!(inside > 0.0)) continue;
-          const double all = std::abs(transmittance(nodes[i].depth) - transmittance(nodes[i - 1].depth));
-          change += all * inside / (nodes[i].t - nodes[i - 1].t);
-        }
-        most = std::max(most, change);
-      }
+      for (size_t ray = 0; ray < kPacketRays; ++ray)
+        most = std::max(most, change_of_light(rays[ray], t0, t1));
     }
     return most / (t1 - t0);
+  }
+
+  static double change_of_light(std::span<const HazeDepth> nodes, double t0, double t1) {
+    double change = 0.0;
+    for (size_t i = 1; i < nodes.size() && nodes[i - 1].t < t1; ++i) {
+      const double inside = std::min(nodes[i].t, t1) - std::max(nodes[i - 1].t, t0);
+      if (!(inside > 0.0) || nodes[i].depth == nodes[i - 1].depth) continue;
+      const double all = std::abs(transmittance(nodes[i].depth) - transmittance(nodes[i - 1].depth));
+      change += all * inside / (nodes[i].t - nodes[i - 1].t);
+    }
+    return change;
   }
 
   static Segment hull_of_grid_shadows(std::span<const MarchRay> rays) {

@@ -101,8 +101,7 @@ class Marcher {
       const size_t ray = std::min(i, m_rays.size() - 1);
       const MarchRay& job = m_rays[ray];
       place(i, ray, job.ray);
-      m_start.of[i] = float(job.segment.t0 - m_base);
-      m_end.of[i] = float(std::min(job.segment.t1 - m_base, double(std::numeric_limits<float>::max())));
+      m_segments.set(i, job.segment, m_base);
       m_behind.of[i] = float(job.behind);
       m_stop.of[i] = float(job.stop);
       m_quality = std::min(m_quality, job.step_quality);
@@ -248,7 +247,7 @@ class Marcher {
     const D d;
     t = hn::Set(d, first + (float(k) + 0.5f) * step);
     dt = hn::Set(d, step);
-    if (m_is_cut) cut(v, hn::Set(d, first + float(k) * step), hn::Set(d, step), t, dt);
+    if (m_is_cut) m_segments.cut(v, hn::Set(d, first + float(k) * step), hn::Set(d, step), t, dt);
   }
 
   /// Finds out where a step will read, and asks memory for it while the step before is composited.
@@ -272,14 +271,6 @@ class Marcher {
     way.error2 = hn::Add(way.error2, way.history.error2(sample.lit, sample.sigma, m_behind.get(v)));
     way.history.push(sample, weight);
     way.before = sample.after;
-  }
-
-  /// The part of a step that lies in each ray's own segment.
-  HWY_INLINE void cut(size_t v, V begin, V step, V& t, V& dt) const {
-    const D d;
-    const V from = hn::Max(begin, m_start.get(v)), to = hn::Min(hn::Add(begin, step), m_end.get(v));
-    dt = hn::Max(hn::Sub(to, from), hn::Zero(d));
-    t = hn::MulAdd(dt, hn::Set(d, 0.5f), from);
   }
 
   /// Adds a step of every ray to the sums.
@@ -493,7 +484,8 @@ class Marcher {
   bool m_is_inside = false;  ///< the last slab was not empty
   bool m_is_cut = false;     ///< some ray begins or ends in the present slab
   uint64_t m_samples = 0, m_lookups = 0;
-  PacketFloats m_start, m_end, m_behind, m_stop, m_height0, m_height1, m_passed, m_error2;
+  PacketSegments m_segments;
+  PacketFloats m_behind, m_stop, m_height0, m_height1, m_passed, m_error2;
   CompensatedFloats m_tau;
   PacketHistory m_history;
   PacketDepths m_depths;

@@ -67,6 +67,24 @@ struct PacketPath {
   }
 };
 
+/// The stretches that are asked for, on the rays of a packet.
+struct PacketSegments {
+  PacketFloats start, end;
+
+  /// t of the steps counts from `base`.
+  void set(size_t ray, const Segment& segment, double base) {
+    start.of[ray] = float(segment.t0 - base);
+    end.of[ray] = float(std::min(segment.t1 - base, double(std::numeric_limits<float>::max())));
+  }
+  /// The part of a step that lies in each ray's own stretch: its middle and its length.
+  HWY_INLINE void cut(size_t v, V begin, V step, V& t, V& dt) const {
+    const D d;
+    const V from = hn::Max(begin, start.get(v)), to = hn::Min(hn::Add(begin, step), end.get(v));
+    dt = hn::Max(hn::Sub(to, from), hn::Zero(d));
+    t = hn::MulAdd(dt, hn::Set(d, 0.5f), from);
+  }
+};
+
 /// Depths of one ray; only where a picture shows them.
 struct RayDepths {
   Segment first{0.0, std::numeric_limits<double>::infinity()};  ///< see MarchResult
