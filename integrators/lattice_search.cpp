@@ -171,9 +171,9 @@ class LatticeSearch {
   /// False where memory ends first.
   bool run(SunlightChoice& choice) {
     constexpr int kRounds = 5;
-    constexpr double kFirst = 4.0, kFinest = 0.1;  // spacings across [cells]
+    constexpr double kFirst = 4.0;
     choice.spacing = kFirst;
-    for (int round = 0; round < kRounds && choice.spacing >= kFinest; ++round) {
+    for (int round = 0; round < kRounds && is_possible(choice.spacing); ++round) {
       if (!build(choice.spacing)) return false;
       double error = lattice_error();
       if (error > enough() && look_closer(needed(choice.spacing, error))) error = lattice_error();
@@ -192,15 +192,29 @@ class LatticeSearch {
 
  private:
   static constexpr double kEnoughShare = 0.02;
+  static constexpr double kFinest = 0.1;  ///< spacing across [cells]
   // To shorten all steps a little costs less than another lattice.
   static constexpr double kGoodEnough = 1.15;
 
   double enough() const { return kGoodEnough * m_allowed; }
 
+  LatticeOptions options_of(double spacing) const {
+    LatticeOptions options = m_trial.options;
+    options.spacing = spaced(spacing);
+    return options;
+  }
+
+  bool takes_more(double spacing, double bytes) const {
+    return bytes_of(m_march, options_of(spacing), bytes) > bytes;
+  }
+
+  bool is_possible(double spacing) const {
+    return spacing >= kFinest && !takes_more(spacing, 2.0 * m_trial.options.most_bytes);
+  }
+
   bool build(double spacing) {
-    m_trial.options.spacing = spaced(spacing);
-    const double most = 2.0 * m_trial.options.most_bytes;
-    return bytes_of(m_march, m_trial.options, most) <= most && build_lattices(m_march, m_trial);
+    m_trial.options = options_of(spacing);
+    return build_lattices(m_march, m_trial);
   }
 
   double lattice_error() const {
@@ -228,21 +242,22 @@ class LatticeSearch {
   }
 
   double next_spacing(int round, double spacing, double error) {
-    // Measured errors scatter by a fifth, by where lines happen to lie: a little finer might be no better.
-    constexpr double kFinerAtLeast = 0.88, kCautious = 0.92, kConfident = 0.98;
-    const double next = needed(spacing, error), coarsest = 0.98 * std::min(spacing, SunProbe::kCoarsest);
+    // Measured errors scatter by a fifth, by where lines happen to lie: a little finer might be no better. A
+    // long way is gone in two steps: the first costs little and tells where the second has to go.
+    constexpr double kFinerAtLeast = 0.88, kCautious = 0.92, kConfident = 0.98, kLongWay = 0.3;
+    const double wanted = needed(spacing, error), coarsest = 0.98 * std::min(spacing, SunProbe::kCoarsest);
     m_law.add(spacing, error);
-    if (m_march.kernel.places.empty() && !m_march.has_lamps() && next < coarsest && is_worth_probing(next))
-      return probed_spacing(next, coarsest);
-    return std::min(next * (round == 0 ? kCautious : kConfident), kFinerAtLeast * spacing);
+    const bool is_far = round == 0 && wanted < kLongWay * spacing;
+    const double next = is_far ? std::sqrt(wanted * spacing) : wanted;
+    if (next < coarsest && can_probe(next)) return probed_spacing(next, coarsest);
+    return std::min(is_far ? next : next * (round == 0 ? kCautious : kConfident), kFinerAtLeast * spacing);
   }
 
   /// Few probes take a few milliseconds. A lattice takes one or two for each MB.
-  bool is_worth_probing(double spacing) const {
-    constexpr double kBytes = 6e6;
-    LatticeOptions options = m_trial.options;
-    options.spacing = spaced(spacing);
-    return bytes_of(m_march, options, kBytes) > kBytes;
+  bool can_probe(double spacing) const {
+    constexpr double kWorthwhile = 6e6;
+    return m_march.kernel.places.empty() && !m_march.has_lamps() && is_possible(spacing) &&
+           takes_more(spacing, kWorthwhile);
   }
 
   /// The spacing below `coarsest`, from about `needed` on, whose lattices err as much as they may: from
@@ -262,14 +277,13 @@ class LatticeSearch {
         power = std::clamp(std::log(error / error_before) / std::log(next / before), kLeast, kMost);
       before = next, error_before = error;
       next *= std::pow(m_allowed / error, 1.0 / power);
+      if (!is_possible(next)) break;
     }
     return good > 0.0 ? good : next;
   }
 
   double probed_error(double spacing) const {
-    LatticeOptions options = m_trial.options;
-    options.spacing = spaced(spacing);
-    const LatticeProbe probe(m_march, options);
+    const LatticeProbe probe(m_march, options_of(spacing));
     return measured_error(m_pilots, m_march, [&](size_t l, const Vec3d& p) { return probe.depth(l, p); });
   }
 

@@ -179,6 +179,7 @@ class MarchTracer final : public Tracer {
   void trace_all(std::span<const Ray> rays, std::span<RayResult> results, Counters& counters) const {
     TraceCounters tile;
     MarchPacket packet = trace_packet(rays, {}, results, tile);
+    counters["exact_rays"] += 0;  // told also where there are none
     for (size_t i = 0; i < rays.size(); ++i) {
       if (!is_good(results[i])) hand_over(rays[i], results[i], counters);
     }

@@ -301,6 +301,19 @@ void warn_of_choices(const Scene& scene, const LoadedVolumes& loaded, RenderRepo
   }
 }
 
+/// Adds to a bound what rounding colours to half the bits changes at most.
+void widen_for_halves(const Image& image, std::vector<float>& bound) {
+  constexpr float kRelative = 0x1p-11f, kSubnormal = 0x1p-25f, kUp = 1.0f + 0x1p-20f;
+  for (const char* name : {"R", "G", "B"}) {
+    if (!image.find(name)) return;
+  }
+  const auto &r = image.find("R")->values, &g = image.find("G")->values, &b = image.find("B")->values;
+  for (size_t i = 0; i < bound.size(); ++i) {
+    const float brightest = std::max({std::abs(r[i]), std::abs(g[i]), std::abs(b[i])});
+    bound[i] = kUp * (bound[i] + kRelative * brightest + kSubnormal);
+  }
+}
+
 void describe_in_header(const Scene& scene, const Crop& crop, Image& image) {
   image.metadata["version"] = std::string(kVersion);
   image.metadata["scene"] = scene.file;
@@ -383,7 +396,14 @@ void save(const Rendering& rendering, const std::filesystem::path& file, bool ha
   WriteImageOptions options;
   options.exr.half_colours = half;
   options.display = rendering.display;
-  write_image(file, rendering.image, options);
+  const auto is_bound = [](const Channel& channel) { return channel.name == "error_bound"; };
+  if (!half || !rendering.image.find("error_bound")) {
+    write_image(file, rendering.image, options);
+    return;
+  }
+  Image image = rendering.image;
+  widen_for_halves(image, std::find_if(image.channels.begin(), image.channels.end(), is_bound)->values);
+  write_image(file, image, options);
 }
 
 }  // namespace pileus

@@ -9,6 +9,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include "lib/image/image_io.h"
 #include "pileus/pileus.h"
 #include "tests/fixtures/random_grid.h"
 #include "tests/fixtures/temp_folder.h"
@@ -416,6 +417,21 @@ TEST(Render, no_channel_errs_by_more_than_its_bound) {
   EXPECT_EQ(*marched.report.max_error_bound, double(*std::max_element(bounds.begin(), bounds.end())));
   EXPECT_GT(*marched.report.mean_error_bound, 0.0);
   EXPECT_LT(*marched.report.max_error_bound, 0.01);
+}
+
+TEST(Render, a_bound_in_a_file_of_halves_holds_for_the_halves) {
+  const TempFolder folder;
+  const Rendering marched = render(scene_of(kCloud));
+  const Image exact =
+      image_of(kCloud, {"render.integrator=exact", "render.tolerance=1e-8", "render.aovs=beauty"});
+  save(marched, folder / "half.exr", true);
+  const Image half = read_image(folder / "half.exr");
+  const auto& bounds = half.find("error_bound")->values;
+  for (const char* channel : {"R", "G", "B"}) {
+    const auto &a = half.find(channel)->values, &b = exact.find(channel)->values;
+    for (size_t i = 0; i < bounds.size(); ++i)
+      EXPECT_LE(std::abs(a[i] - b[i]), bounds[i] + 1e-7f * b[i]) << channel;
+  }
 }
 
 TEST(Render, who_proves_no_bound_reports_none) {
