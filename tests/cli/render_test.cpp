@@ -163,7 +163,8 @@ base = { ellipsoid = { center = [0, 0, 0], radii = [3, 2, 2] } }
 [volume.cumulus]
 type = "cloud"
 bounds = "blob"
-voxel_size = 0.008
+voxel_size = 0.004
+max_voxels = 2000000000
 noise = { octaves = 16 }
 )");
   interrupted(*this, {"render", "scene.toml", "-o", "a.exr"}, SIGINT);
