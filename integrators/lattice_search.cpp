@@ -270,7 +270,7 @@ class LatticeSearch {
     for (int probe = 0; probe < kProbes; ++probe) {
       next = std::min(next, coarsest);
       look_closer(next);
-      const double error = probed_error(next);
+      const double error = std::max(probed_error(next), 1e-3 * m_allowed);  // what none errs has no power law
       if (error <= kBarely * m_allowed) good = std::max(good, next);
       if (error <= kBarely * m_allowed && error >= kNear * m_allowed) break;
       if (before > 0.0 && before != next)
